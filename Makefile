@@ -1,0 +1,53 @@
+# Two commands do everything on a fresh machine with Python 3.11 or newer:
+#   make demo    install into .venv and run the main job end to end
+#   make test    install into .venv, lint, and run the tests
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test bench soak lint format scans clean
+.DEFAULT_GOAL := demo
+
+demo: .venv/installed
+	$(BIN)/clbrdf demo -o demo --overwrite
+
+test: lint
+	$(BIN)/python -m pytest -n auto -m "not soak"
+
+soak: .venv/installed-dev
+	$(BIN)/python -m pytest -m soak
+
+lint: .venv/installed-dev build/tree/clbrdf
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --verbose >build/lint-imports.log 2>&1 || { cat build/lint-imports.log; exit 1; }
+	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p clbrdf
+
+format: .venv/installed-dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+scans: .venv/installed
+	$(BIN)/python scans/make_scans.py
+
+clean:
+	rm -rf .venv build demo *.egg-info
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "clbrdf needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1). Name another: make PYTHON=python3.12 ..." >&2; exit 2; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+.venv/installed: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+.venv/installed-dev: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $@ .venv/installed
+
+# The mapped folders at their place inside the package, for the type checker.
+build/tree/clbrdf: pyproject.toml
+	rm -rf build/tree && mkdir -p $@
+	ln -s $(CURDIR)/clbrdf/* $@/
+	for folder in kernels scans viz; do ln -s $(CURDIR)/$$folder $@/$$folder; done
+	touch $@

@@ -1,0 +1,20 @@
+"""clbrdf: from a measured scan to an absolute spectral BRDF, its model at every wavelength, and lobes.
+
+The flat names here are the public interface; heavy libraries (OpenCL, HDF5, VTK) load when used.
+"""
+
+# `fit` and `evaluate` are functions here and hide the modules of the same name; import from those with
+# `from clbrdf.fit.polish import …` (docs/decisions/0001).
+from clbrdf.errors import ClbrdfError, DeviceError, InputError
+from clbrdf.evaluate import evaluate
+from clbrdf.geometry import Directions
+
+__all__ = [
+    "ClbrdfError",
+    "DeviceError",
+    "Directions",
+    "InputError",
+    "evaluate",
+]
+
+__version__ = "0.1.0"

@@ -1,0 +1,54 @@
+"""The command line: one module a command, loaded when the command is given."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from clbrdf import __version__
+from clbrdf.errors import ClbrdfError
+
+COMMANDS = {
+    "evaluate": "print model values as a table",
+    "devices": "list the OpenCL devices and the one chosen",
+}
+"""Each is `command` in the module clbrdf.cli.<name>_command."""
+
+USAGE_ERROR = 2
+INTERRUPTED = 130
+
+
+def make_app() -> App:
+    """Return the command-line application; nothing but the parser is loaded."""
+    app = App(
+        name="clbrdf",
+        help="From a measured scan to an absolute spectral BRDF, its model at every wavelength, and lobes.",
+        version=__version__,
+        help_format="plaintext",
+        suppress_keyboard_interrupt=False,
+    )
+    for name, summary in COMMANDS.items():
+        app.command(f"clbrdf.cli.{name}_command:command", name=name, help=summary)
+    return app
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
+    try:
+        status = make_app()(argv, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()
+    except (ClbrdfError, CycloptsError) as error:
+        text = " ".join(str(error).split())
+        print(f"clbrdf: {text}", file=sys.stderr)
+        return USAGE_ERROR
+    except KeyboardInterrupt:
+        print("clbrdf: interrupted; nothing was left half-written", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader (head, less) has gone: nothing more to say, also not at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status if isinstance(status, int) else 0

@@ -1,0 +1,62 @@
+"""Tables, numbers and progress as every command shows them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from clbrdf.progress import Report
+
+WIDTH_OFF_TERMINAL = 200
+"""Columns of a table that goes to a file or a pipe, where nothing wraps."""
+
+
+def stdout_console() -> Console:
+    """Console for results."""
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else WIDTH_OFF_TERMINAL
+    return Console(width=width, highlight=False, emoji=False, markup=False)
+
+
+def stderr_console() -> Console:
+    """Console for progress and remarks."""
+    return Console(stderr=True, highlight=False, emoji=False, markup=False)
+
+
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
+    """Print a table; the first `left` columns are set to the left, numbers to the right."""
+    console = stdout_console()
+    table = Table(
+        title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False
+    )
+    for place, name in enumerate(columns):
+        table.add_column(name, justify="left" if place < left else "right", no_wrap=place >= left)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number in few columns: `digits` significant ones, "–" for NaN."""
+    if value != value:
+        return "–"
+    return f"{value:.{digits}g}"
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Report]:
+    """Show a bar on standard error while the block runs, on a terminal only; give a `Report`."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(label, total=None)
+
+        def report(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield report

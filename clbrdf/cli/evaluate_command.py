@@ -1,0 +1,71 @@
+"""`clbrdf evaluate`: model values as a table."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from cyclopts import Parameter
+
+from clbrdf.cli.console import print_table
+from clbrdf.cli.options import DeviceName, JsonFile, Overwrite, number_list, parameter_map
+from clbrdf.device import choose_device
+from clbrdf.evaluate import evaluate
+from clbrdf.files import whole_text
+from clbrdf.models import DEFAULT_MODEL, get_model
+
+
+def command(
+    *,
+    theta_i: str,
+    theta_r: str,
+    phi: str = "180",
+    param: Annotated[list[str], Parameter(consume_multiple=True, negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
+    model: str = DEFAULT_MODEL,
+    precision: Literal["single", "double"] = "double",
+    grid: Annotated[bool, Parameter(negative="")] = False,
+    device: DeviceName = None,
+    json: JsonFile = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Print the model's BRDF (1/sr) in the directions given.
+
+    Angles are degrees: one number, a list 30,45,60, or a range 0:85:5. Lists of equal length are taken
+    pair by pair, one value is repeated; --grid takes all combinations.
+
+    Parameters
+    ----------
+    theta_i
+        incident zenith, 0 to below 90
+    theta_r
+        view zenith, 0 to below 90
+    phi
+        azimuth of the view direction from the incident one; 180 is forward
+    param
+        name=value, as often as needed; the others keep the model's defaults
+    model
+        name of the model
+    precision
+        arithmetic of the work
+    grid
+        all combinations of the angles
+    """
+    angles = [number_list(f"--{n}", t) for n, t in (("theta-i", theta_i), ("theta-r", theta_r), ("phi", phi))]
+    if grid:
+        angles = [a.ravel() for a in np.meshgrid(*angles, indexing="ij")]
+    chosen, parameters = choose_device(device), parameter_map(param)
+    values = evaluate(parameters, *angles, model=model, precision=precision, device=chosen)
+    table = np.broadcast_arrays(*angles, values)
+    names = ("theta_i", "theta_r", "phi", "brdf")
+    if json is not None:
+        vector = get_model(model).vector(parameters)
+        content = {
+            "model": model,
+            "parameters": dict(zip(get_model(model).names, vector.tolist(), strict=True)),
+            "precision": precision,
+            "device": str(chosen),
+            **{name: column.tolist() for name, column in zip(names, table, strict=True)},
+        }
+        whole_text(json, content, overwrite)
+    rows = ([f"{t:.10g}", f"{r:.10g}", f"{p:.10g}", f"{f:.7g}"] for t, r, p, f in zip(*table, strict=True))
+    print_table("", ("θi (°)", "θr (°)", "φ (°)", "BRDF (1/sr)"), rows, left=0)

@@ -1,0 +1,68 @@
+"""Arguments that several commands share, and how their texts are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+from cyclopts import Parameter
+
+from clbrdf.errors import InputError
+
+Output = Annotated[Path, Parameter(name=["--output", "-o"], help="file to write")]
+Overwrite = Annotated[bool, Parameter(name="--overwrite", negative="", help="replace an existing file")]
+DeviceName = Annotated[
+    str | None, Parameter(name="--device", help="part of the name of an OpenCL device or platform")
+]
+JsonFile = Annotated[Path | None, Parameter(name="--json", help="also write the result for machines")]
+
+MOST_VALUES = 1_000_000
+
+
+def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
+    """Read "30,45,60" or "0:85:5" (start:stop:step, both ends included).
+
+    Raises
+    ------
+    InputError
+        Anything else, or more than a million values.
+    """
+    values: list[float] = []
+    for part in text.split(","):
+        try:
+            numbers = [float(word) for word in part.split(":")]
+        except ValueError:
+            numbers = []
+        if len(numbers) == 1:
+            values += numbers
+        elif len(numbers) == 3 and numbers[2] != 0.0 and (numbers[1] - numbers[0]) / numbers[2] >= 0.0:
+            start, stop, step = numbers
+            count = int(np.floor((stop - start) / step * (1.0 + 1e-12) + 1e-9)) + 1
+            if count > MOST_VALUES:
+                raise InputError(f"{name}: {part!r} makes {count} values; at most {MOST_VALUES} are read")
+            values += [start + k * step for k in range(count)]
+        else:
+            raise InputError(f"{name}: {part!r} is neither a number nor start:stop:step, as in 0:85:5")
+    return np.array(values)
+
+
+def parameter_map(texts: list[str]) -> dict[str, float]:
+    """Read "ks=451.8" texts, several of them possibly joined by commas.
+
+    Raises
+    ------
+    InputError
+        A text without "=", or a value that is no number.
+    """
+    values: dict[str, float] = {}
+    for text in ",".join(texts).split(",") if texts else []:
+        name, equals, value = (word.strip() for word in text.partition("="))
+        try:
+            values[name] = float(value)
+        except ValueError:
+            raise InputError(f"--param {text!r}: write name=number, as in --param ks=451.8") from None
+        if not equals:
+            raise InputError(f"--param {text!r}: write name=number, as in --param ks=451.8")
+    return values

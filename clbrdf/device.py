@@ -1,0 +1,135 @@
+"""Which OpenCL device runs the kernels.
+
+A GPU is taken where there is one, else the CPU through PoCL, else any other CPU runtime. Installing
+another runtime silently changes which platform comes first, so devices are chosen by kind and name, and
+every result says which one ran.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+from clbrdf.errors import DeviceError
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+POCL = "Portable Computing Language"
+
+
+@dataclass(frozen=True)
+class Device:
+    """An OpenCL device, told by plain values; equal records are the same device.
+
+    Attributes
+    ----------
+    name, platform, version, driver : str
+        As the runtime reports them; `version` is the platform's.
+    kind : str
+        "gpu", "cpu" or "other".
+    compute_units : int
+        Parallel units (cores on a CPU).
+    memory : int
+        Global memory, bytes.
+    has_double : bool
+        Whether it computes in fp64, which fits and `precision="double"` need.
+    index : (int, int)
+        Place among the platforms and their devices in this process.
+    """
+
+    name: str
+    platform: str
+    version: str
+    driver: str
+    kind: str
+    compute_units: int
+    memory: int
+    has_double: bool
+    index: tuple[int, int]
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.platform}, {' '.join(self.version.split()[:4])})"
+
+
+def list_devices() -> list[Device]:
+    """All OpenCL devices of this machine, the ones preferred first; empty where there is no runtime."""
+    import pyopencl as cl
+
+    try:
+        platforms = cl.get_platforms()
+    except cl.LogicError:  # the loader's way of saying that there is no platform
+        return []
+    found = []
+    for i, platform in enumerate(platforms):
+        try:
+            devices = platform.get_devices()
+        except cl.RuntimeError:
+            continue
+        found += [_describe(platform, device, (i, j)) for j, device in enumerate(devices)]
+    return sorted(found, key=_rank)
+
+
+def _describe(platform: cl.Platform, device: cl.Device, index: tuple[int, int]) -> Device:
+    import pyopencl as cl
+
+    kinds = {cl.device_type.GPU: "gpu", cl.device_type.CPU: "cpu"}
+    return Device(
+        name=device.name.strip(),
+        platform=platform.name.strip(),
+        version=" ".join(platform.version.split()),
+        driver=device.driver_version.strip(),
+        kind=next((name for bit, name in kinds.items() if device.type & bit), "other"),
+        compute_units=int(device.max_compute_units),
+        memory=int(device.global_mem_size),
+        has_double="cl_khr_fp64" in device.extensions,
+        index=index,
+    )
+
+
+def _rank(device: Device) -> tuple[int, int, tuple[int, int]]:
+    kind = {"gpu": 0, "cpu": 1}.get(device.kind, 2)
+    return kind, 0 if device.platform == POCL else 1, device.index
+
+
+def choose_device(name: str | None = None) -> Device:
+    """Return the preferred device, or the first whose name or platform contains `name` (any case).
+
+    Raises
+    ------
+    DeviceError
+        There is no OpenCL device, or none of this name.
+    """
+    devices = list_devices()
+    if not devices:
+        raise DeviceError(
+            "no OpenCL platform found; install the CPU runtime with: pip install 'pyopencl[pocl]'"
+        )
+    if name is None:
+        return devices[0]
+    for device in devices:
+        if name.casefold() in f"{device.name} {device.platform} {device.version}".casefold():
+            return device
+    there = "; ".join(str(d) for d in devices)
+    raise DeviceError(f"no OpenCL device is called {name!r}; there are: {there}")
+
+
+@cache
+def open_queue(device: Device) -> cl.CommandQueue:
+    """Return the command queue of a device, one per process."""
+    import pyopencl as cl
+
+    platform, place = device.index
+    context = cl.Context([cl.get_platforms()[platform].get_devices()[place]])
+    return cl.CommandQueue(context)
+
+
+def vector_width(device: Device, precision: str) -> int:
+    """Lanes per work item: 1 on a GPU; on a CPU 8 (fp32) and 4 (fp64).
+
+    Wider vectors crash or hang the compiler of the PoCL that the wheel brings on AVX-512 machines.
+    """
+    if device.kind == "gpu":
+        return 1
+    return 4 if precision == "double" else 8

@@ -1,0 +1,88 @@
+"""Results appear whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from clbrdf.errors import InputError
+
+
+def check_output(path: str | Path, overwrite: bool) -> Path:
+    """Return where a result goes, as a Path; called before the work starts.
+
+    Raises
+    ------
+    InputError
+        The file exists and may not be replaced, or its folder does not exist.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise InputError(f"{target}: is a folder; name a file in it")
+    if target.exists() and not overwrite:
+        raise InputError(f"{target}: exists already; choose another name or add --overwrite")
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: the folder {target.parent} does not exist; create it first")
+    return target
+
+
+@contextmanager
+def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
+    """Give a temporary name beside `path`; it is renamed to `path` if the block ends well, else deleted.
+
+    Raises
+    ------
+    InputError
+        As `check_output`, or the folder cannot be written.
+    """
+    target = check_output(path, overwrite)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        yield part
+        with open(part, "rb") as stream:
+            os.fsync(stream.fileno())
+        if overwrite:
+            os.replace(part, target)
+        else:
+            os.link(part, target)  # unlike a rename, it never replaces a file that came meanwhile
+    except FileExistsError as error:
+        raise InputError(f"{target}: exists already; choose another name or add --overwrite") from error
+    except PermissionError as error:
+        raise InputError(f"{target}: cannot be written ({error.strerror}); choose another folder") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def whole_text(path: str | Path, content: Mapping[str, object] | str, overwrite: bool = False) -> None:
+    """Write a text, or a mapping as JSON (NaN becomes null), whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `whole_file`.
+    """
+    text = (
+        content if isinstance(content, str) else json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
+    )
+    with whole_file(path, overwrite) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def _plain(value: object) -> object:
+    """Replace what JSON has no word for, NaN and ±∞, by null."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file's bytes, in hexadecimal."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

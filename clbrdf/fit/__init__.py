@@ -1,0 +1,1 @@
+"""Fitting a model to a scan at every wavelength: one method a file."""

@@ -1,0 +1,1 @@
+"""Files that others write, read into scans: one format a file."""

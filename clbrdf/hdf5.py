@@ -1,0 +1,163 @@
+"""Common ground of the HDF5 files: opening them with clear messages, versions, provenance, strings.
+
+Layout: the root names the format, its version and what the file holds; `/entry` is an NXentry with
+`@default` down to an NXdata, so that NeXus viewers show the data at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+from clbrdf.files import whole_file
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT_VERSION = 1
+"""Rises when older programs could misread a newer file; files above it are refused."""
+
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+@contextmanager
+def open_file(path: str | Path) -> Iterator[h5py.File]:
+    """Open one of our files for reading.
+
+    Raises
+    ------
+    InputError
+        Missing, not HDF5, truncated, not one of our files, or of a newer format version; also where
+        something in it is missing or damaged, found while the block runs.
+    """
+    import h5py
+
+    source = Path(path)
+    if not source.exists():
+        raise InputError(f"{source}: no such file")
+    if source.is_dir():
+        raise InputError(f"{source}: is a folder; name a file in it")
+    try:
+        with open(source, "rb") as stream:
+            signature = stream.read(len(HDF5_SIGNATURE))
+    except PermissionError as error:
+        raise InputError(f"{source}: cannot be read; check its permissions") from error
+    if signature != HDF5_SIGNATURE:
+        raise InputError(f"{source}: not an HDF5 file; bring measured text in with 'clbrdf import'")
+    try:
+        file = h5py.File(source, "r")
+    except OSError as error:
+        if "truncated" in str(error):
+            raise InputError(f"{source}: truncated HDF5 file; copy it again from its source") from error
+        raise InputError(f"{source}: damaged or locked HDF5 file ({first_line(error)})") from error
+    with file:
+        try:
+            _check_version(source, file)
+            yield file
+        except KeyError as error:
+            raise InputError(f"{source}: {error.args[0]}; the file is incomplete, make it again") from error
+        except OSError as error:
+            raise InputError(f"{source}: damaged HDF5 file ({first_line(error)}); make it again") from error
+
+
+def first_line(error: Exception) -> str:
+    """Return the first line of an error's text."""
+    return str(error).strip().splitlines()[0]
+
+
+def _check_version(source: Path, file: h5py.File) -> None:
+    if "clbrdf_format" not in file.attrs:
+        raise InputError(f"{source}: not a file of clbrdf (no clbrdf_format at its root)")
+    version = file.attrs["clbrdf_format"]
+    if not isinstance(version, np.integer):
+        raise InputError(f"{source}: clbrdf_format is {version!r}, not a whole number; make the file again")
+    if version > FORMAT_VERSION or version < 1:
+        raise InputError(
+            f"{source}: format version {version}; this clbrdf reads up to {FORMAT_VERSION}: install a newer one"
+        )
+
+
+def content_of(file: h5py.File) -> str:
+    """Return what a file holds: "scan" or "fit"."""
+    return str(file.attrs.get("content", "unknown"))
+
+
+def check_content(file: h5py.File, wanted: str) -> None:
+    """Raise InputError where a file holds something else than `wanted`."""
+    found = content_of(file)
+    if found != wanted:
+        raise InputError(f"{file.filename}: holds a {found}, and a {wanted} is needed here")
+
+
+@contextmanager
+def create_file(path: str | Path, content: str, title: str, overwrite: bool) -> Iterator[h5py.File]:
+    """Create a file under a temporary name; it takes its own name when the block has ended well.
+
+    Raises
+    ------
+    InputError
+        The file exists and may not be replaced, or cannot be written.
+    """
+    import h5py
+
+    with whole_file(path, overwrite) as part:
+        try:
+            file = h5py.File(part, "x")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({first_line(error)})") from error
+        with file:
+            file.attrs["NX_class"] = "NXroot"
+            file.attrs["default"] = "entry"
+            file.attrs["creator"] = "clbrdf"
+            file.attrs["clbrdf_format"] = FORMAT_VERSION
+            file.attrs["content"] = content
+            entry = group(file, "entry", "NXentry")
+            entry.attrs["default"] = "data"
+            entry["title"] = title
+            yield file
+
+
+def group(parent: h5py.Group, name: str, nexus_class: str) -> h5py.Group:
+    """Create a group of a NeXus class."""
+    child = parent.create_group(name)
+    child.attrs["NX_class"] = nexus_class
+    return child
+
+
+def field(
+    parent: h5py.Group, name: str, values: npt.ArrayLike, units: str, long_name: str = ""
+) -> h5py.Dataset:
+    """Write an array with its units; two-dimensional ones in compressed chunks."""
+    array = np.asarray(values)
+    options: dict[str, Any] = {}
+    if array.ndim > 1 and array.size > 0:
+        options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+    dataset = parent.create_dataset(name, data=array, **options)
+    dataset.attrs["units"] = units
+    if long_name:
+        dataset.attrs["long_name"] = long_name
+    return dataset
+
+
+def read_text(parent: h5py.Group, name: str) -> str:
+    """Read a string, "" where there is none."""
+    return parent[name].asstr()[()] if name in parent else ""
+
+
+def write_mapping(parent: h5py.Group, name: str, mapping: Mapping[str, str]) -> None:
+    """Write provenance: one string a key, as an NXprocess."""
+    process = group(parent, name, "NXprocess")
+    process["program"] = "clbrdf"
+    for key, value in mapping.items():
+        process.attrs[key] = value
+
+
+def read_mapping(parent: h5py.Group, name: str) -> dict[str, str]:
+    """Read what `write_mapping` wrote."""
+    return {key: str(value) for key, value in parent[name].attrs.items() if key != "NX_class"}

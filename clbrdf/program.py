@@ -1,0 +1,160 @@
+"""OpenCL programs: sources joined in Python, built once per device and variant.
+
+The text of a program is: constants of the variant (precision, lanes, the model's parameter and feature
+names), the library, the model, the job. Nothing is left to the compiler's include path, which breaks
+on folders with a space; `#line` markers keep the file names in messages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from clbrdf.device import Device, open_queue, vector_width
+from clbrdf.errors import DeviceError
+from clbrdf.models import Model
+from clbrdf.models.model import LOG2_OF_ZERO
+
+if TYPE_CHECKING:
+    import pyopencl as cl
+
+Precision = Literal["single", "double"]
+
+DTYPES: dict[str, type[np.floating]] = {"single": np.float32, "double": np.float64}
+
+# -cl-fast-relaxed-math is never used: it deletes the rounding in exp2. Signed zeros carry nothing here.
+BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What a program is built for: job file, model, precision, lanes per work item."""
+
+    job: str
+    model: Model
+    precision: Precision
+    width: int
+    library: tuple[str, ...] = ()
+
+    @classmethod
+    def on(
+        cls, device: Device, job: str, model: Model, precision: Precision, library: tuple[str, ...] = ()
+    ) -> Variant:
+        """Return the variant with the number of lanes that suits a device."""
+        return cls(job, model, precision, vector_width(device, precision), library)
+
+
+def kernel_text(path: str) -> str:
+    """Return a file of the kernels folder behind a `#line` marker."""
+    text = resources.files("clbrdf.kernels").joinpath(path).read_text(encoding="utf-8")
+    return f'#line 1 "kernels/{path}"\n{text}\n'
+
+
+def philox_text() -> str:
+    """Return Philox 4x32-10 from PyOpenCL's own headers, with its includes resolved.
+
+    Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11 (2011),
+    doi:10.1145/2063384.2063405, as shipped by PyOpenCL.
+    """
+    folder = resources.files("pyopencl").joinpath("cl", "pyopencl-random123")
+    parts = []
+    for name in ("openclfeatures.h", "array.h", "philox.cl"):
+        text = folder.joinpath(name).read_text(encoding="utf-8")
+        lines = [line for line in text.splitlines() if not line.startswith('#include "')]
+        parts.append(f'#line 1 "pyopencl-random123/{name}"\n' + "\n".join(lines) + "\n")
+    return "".join(parts)
+
+
+def constants_text(variant: Variant) -> str:
+    """Return the macros and the geometry record that follow from precision, lanes and model table."""
+    model = variant.model
+    names = [p.name.upper() for p in model.parameters]
+    kind = "double" if variant.precision == "double" else "float"
+    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.width}"]
+    if variant.precision == "double":
+        lines.append("#define REAL_IS_DOUBLE")
+    lines.append(f"#define LOG2_OF_ZERO {LOG2_OF_ZERO:.1f}{'' if kind == 'double' else 'f'}")
+    lines += [f"#define P {len(names)}", f"#define F {len(model.feature_names)}"]
+    lines += [f"#define {name} {j}" for j, name in enumerate(names)]
+    on_log = ", ".join("1" if p.scale == "log" else "0" for p in model.parameters)
+    signs = ", ".join(f"{p.sign:.0f}" for p in model.parameters)
+    lines += [
+        f"constant int on_log_scale[P] = {{{on_log}}};",
+        f"constant int sign_of[P] = {{{signs}}};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def geometry_text(model: Model) -> str:
+    """Return the record of geometry features and the two ways to load it."""
+    fields = ", ".join(model.feature_names)
+    lanes = "\n".join(
+        f"    x.{name} = LOAD(group, rows + {j} * n_padded);" for j, name in enumerate(model.feature_names)
+    )
+    same = "\n".join(f"    x.{name} = (realv)row[n * F + {j}];" for j, name in enumerate(model.feature_names))
+    return (
+        f"typedef struct {{ realv {fields}; }} geometry;\n"
+        "inline geometry geometry_lanes(global const real *rows, ulong n_padded, size_t group) {\n"
+        f"    geometry x;\n{lanes}\n    return x;\n}}\n"
+        "inline geometry geometry_of(global const real *row, size_t n) {\n"
+        f"    geometry x;\n{same}\n    return x;\n}}\n"
+    )
+
+
+def source_text(variant: Variant) -> str:
+    """Return the whole source of a variant."""
+    library = "".join(
+        philox_text() if name == "philox" else kernel_text(f"lib/{name}.cl") for name in variant.library
+    )
+    return (
+        constants_text(variant)
+        + kernel_text("lib/vector.cl")
+        + kernel_text("lib/exp2.cl")
+        + geometry_text(variant.model)
+        + library
+        + kernel_text(f"models/{variant.model.name}.cl")
+        + kernel_text(f"{variant.job}.cl")
+    )
+
+
+@cache
+def build(device: Device, variant: Variant) -> cl.Program:
+    """Build a variant for a device; kept for the life of the process, and by PyOpenCL on disk.
+
+    Raises
+    ------
+    DeviceError
+        The device has no fp64 and the variant needs it, or the compiler refuses the source.
+    """
+    import warnings
+
+    import pyopencl as cl
+
+    if variant.precision == "double" and not device.has_double:
+        raise DeviceError(f"{device} does not compute in double precision; ask for precision 'single'")
+    program = cl.Program(open_queue(device).context, source_text(variant))
+    try:
+        with warnings.catch_warnings():
+            # PoCL reports each use of its cache as compiler output.
+            warnings.simplefilter("ignore", cl.CompilerWarning)
+            return program.build(options=BUILD_OPTIONS)
+    except cl.RuntimeError as error:
+        first = next(
+            (line for line in str(error).splitlines() if "error" in line), str(error).splitlines()[0]
+        )
+        raise DeviceError(
+            f"{device} could not build {variant.job} for {variant.model.name}: {first}"
+        ) from error
+
+
+def upload(device: Device, values: np.ndarray, dtype: type[np.generic] | None = None) -> cl.Buffer:
+    """Copy an array to a device, read-only there, in another type where one is named."""
+    import pyopencl as cl
+
+    host = np.ascontiguousarray(values, dtype=dtype)
+    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+    return cl.Buffer(open_queue(device).context, flags, hostbuf=host)

@@ -1,0 +1,1 @@
+"""Small sample scans, and what made them."""
