@@ -4,7 +4,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench soak lint format scans clean
+.PHONY: demo test bench soak lint tree format scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -16,10 +16,10 @@ test: lint
 soak: .venv/installed-dev
 	$(BIN)/python -m pytest -m soak
 
-lint: .venv/installed-dev build/tree/clbrdf
+lint: .venv/installed-dev tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/lint-imports --verbose >build/lint-imports.log 2>&1 || { cat build/lint-imports.log; exit 1; }
+	cd build/tree && PYTHONPATH=. ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache --no-logo
 	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p clbrdf
 
 format: .venv/installed-dev
@@ -45,9 +45,8 @@ clean:
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	touch $@ .venv/installed
 
-# The mapped folders at their place inside the package, for the type checker.
-build/tree/clbrdf: pyproject.toml
-	rm -rf build/tree && mkdir -p $@
-	ln -s $(CURDIR)/clbrdf/* $@/
-	for folder in kernels scans viz; do ln -s $(CURDIR)/$$folder $@/$$folder; done
-	touch $@
+# The mapped folders at their place inside the package, for the type checker and the import linter.
+tree:
+	rm -rf build/tree && mkdir -p build/tree/clbrdf
+	ln -s $(CURDIR)/clbrdf/* build/tree/clbrdf/
+	for folder in kernels scans viz; do ln -s $(CURDIR)/$$folder build/tree/clbrdf/$$folder; done

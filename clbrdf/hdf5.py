@@ -77,9 +77,11 @@ def _check_version(source: Path, file: h5py.File) -> None:
     version = file.attrs["clbrdf_format"]
     if not isinstance(version, np.integer):
         raise InputError(f"{source}: clbrdf_format is {version!r}, not a whole number; make the file again")
-    if version > FORMAT_VERSION or version < 1:
+    if version < 1:
+        raise InputError(f"{source}: format version {version} does not exist; make the file again")
+    if version > FORMAT_VERSION:
         raise InputError(
-            f"{source}: format version {version}; this clbrdf reads up to {FORMAT_VERSION}: install a newer one"
+            f"{source}: format version {version}, newer than the {FORMAT_VERSION} known here; update clbrdf"
         )
 
 
