@@ -7,14 +7,19 @@ The flat names here are the public interface; heavy libraries (OpenCL, HDF5, VTK
 # `from clbrdf.fit.polish import …` (docs/decisions/0001).
 from clbrdf.errors import ClbrdfError, DeviceError, InputError
 from clbrdf.evaluate import evaluate
+from clbrdf.fit import Fit, fit
 from clbrdf.geometry import Directions
+from clbrdf.scan import Scan
 
 __all__ = [
     "ClbrdfError",
     "DeviceError",
     "Directions",
+    "Fit",
     "InputError",
+    "Scan",
     "evaluate",
+    "fit",
 ]
 
 __version__ = "0.1.0"

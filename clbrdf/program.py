@@ -1,8 +1,9 @@
 """OpenCL programs: sources joined in Python, built once per device and variant.
 
 The text of a program is: constants of the variant (precision, lanes, the model's parameter and feature
-names), the library, the model, the job. Nothing is left to the compiler's include path, which breaks
-on folders with a space; `#line` markers keep the file names in messages.
+names), vectors and exp2, the model, the library files a job asks for, the job. Nothing is left to the
+compiler's include path, which breaks on folders with a space; `#line` markers keep the file names in
+messages.
 """
 
 from __future__ import annotations
@@ -115,8 +116,8 @@ def source_text(variant: Variant) -> str:
         + kernel_text("lib/vector.cl")
         + kernel_text("lib/exp2.cl")
         + geometry_text(variant.model)
-        + library
         + kernel_text(f"models/{variant.model.name}.cl")
+        + library
         + kernel_text(f"{variant.job}.cl")
     )
 

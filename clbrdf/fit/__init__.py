@@ -1,1 +1,114 @@
 """Fitting a model to a scan at every wavelength: one method a file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.device import Device, choose_device
+from clbrdf.errors import InputError
+from clbrdf.fit.anneal import Settings, search
+from clbrdf.fit.assemble import assemble
+from clbrdf.fit.blocks import wavelength_blocks
+from clbrdf.fit.polish import polish
+from clbrdf.fit.problem import make_problem
+from clbrdf.fit.result import STATUSES, Fit
+from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.objective import weight_matrix
+from clbrdf.progress import Report, silent
+from clbrdf.scan import Scan
+
+__all__ = ["METHODS", "STATUSES", "Fit", "Settings", "fit"]
+
+METHODS = ("auto", "anneal")
+"""`auto` is the fastest method that reaches the optimum; today that is `anneal`."""
+
+
+def fit(
+    scan: Scan,
+    *,
+    method: str = "auto",
+    seed: int = 0,
+    weights: str | npt.ArrayLike = "none",
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    model: str = DEFAULT_MODEL,
+    settings: Settings | None = None,
+    device: Device | None = None,
+    report: Report = silent,
+) -> Fit:
+    """Fit a model to a scan at every wavelength.
+
+    Many annealing chains a wavelength search all parameters in parallel; the best go on to a bounded
+    Levenberg–Marquardt polish in fp64 with analytic derivatives; the lowest E wins.
+
+    Parameters
+    ----------
+    scan : Scan
+        N directions × W wavelengths.
+    method : str
+        One of METHODS.
+    seed : int
+        0 to 2⁶⁴ − 1. The same scan, settings, seed and device give the same result to the last bit.
+    weights : "none", "relative", "sigma" or (N,) array
+        g of (13): 1; 1/f²; 1/σ² of the scan; or one weight a direction.
+    bounds : mapping of str to (float, float), optional
+        Limits that replace those of the model's table.
+    model : str
+    settings : Settings, optional
+        Length and care of the search.
+    device : Device, optional
+        From `choose_device`; the preferred one if not given.
+    report : callable
+        Called with (steps done, steps in all).
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        Unknown method, model, weights or bounds; nothing in the scan that can be fitted.
+    DeviceError
+        No OpenCL device with fp64.
+    """
+    if method not in METHODS:
+        raise InputError(f"no method is called {method!r}; there are {', '.join(METHODS)}")
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    start = time.perf_counter()
+    chosen, rules = get_model(model), settings or Settings()
+    limits, g = chosen.bounds(bounds), weight_matrix(scan, weights)
+    fitted = np.flatnonzero((g > 0.0).any(axis=0))
+    if len(fitted) == 0:
+        reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
+        raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons or 'weights 0'})")
+    where = device or choose_device()
+    blocks = wavelength_blocks(fitted, len(scan.theta_i), rules)
+    total = rules.levels * len(blocks)
+    parts = []
+    for k, block in enumerate(blocks):
+        problem = make_problem(scan.columns(block), g[:, block], chosen, limits, where)
+        found = search(problem, rules, seed, lambda done, _, k=k: report(k * rules.levels + done, total))
+        parts.append((found, polish(problem, found.coordinates)))
+    provenance = {
+        "weights": weights if isinstance(weights, str) else "user",
+        **{f"anneal_{name}": str(value) for name, value in asdict(rules).items()},
+    }
+    return assemble(
+        scan,
+        chosen,
+        fitted,
+        parts,
+        weights=g,
+        bounds=limits,
+        method="anneal",
+        device=str(where),
+        seed=seed,
+        provenance=provenance,
+        start=start,
+    )

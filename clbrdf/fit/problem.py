@@ -1,0 +1,91 @@
+"""What every fitting method gets: plain arrays, the same for all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.device import Device
+from clbrdf.models import Model
+from clbrdf.objective import residual_scale
+from clbrdf.scan import Scan
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Minimise E = Σ (s (f(x) − m))² (13) at each of W wavelengths, within limits.
+
+    Attributes
+    ----------
+    model : Model
+    features : (N, F) float64
+        Geometry features of the directions.
+    measured : (W, N) float64
+        BRDF, 1/sr; 0 where masked.
+    scale : (W, N) float64
+        s = √(g / Σ g m²), sr; 0 where masked.
+    lower, upper : (P,) float64
+        Limits in the model's coordinates q.
+    keys : (W,) uint32
+        Name each wavelength for the random numbers: its picometres, so that a wavelength draws the same
+        numbers whatever else is in the scan.
+    device : Device
+        Runs the kernels.
+    """
+
+    model: Model
+    features: Array
+    measured: Array
+    scale: Array
+    lower: Array
+    upper: Array
+    keys: npt.NDArray[np.uint32]
+    device: Device
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(W, N)."""
+        w, n = self.measured.shape
+        return w, n
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What a search hands to the polish.
+
+    Attributes
+    ----------
+    coordinates : (W, K, P) float64
+        Starts of the polish, best first.
+    evaluations : (W,) int64
+        Evaluations of E spent.
+    acceptance : (W,) float64
+        Share of proposed moves that were taken, [0, 1]; NaN for methods that propose none.
+    not_finite : (W,) int64
+        Evaluations whose E was not finite; they were refused.
+    """
+
+    coordinates: Array
+    evaluations: npt.NDArray[np.int64]
+    acceptance: Array
+    not_finite: npt.NDArray[np.int64]
+
+
+def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device: Device) -> Problem:
+    """Return the problem that a scan poses, for weights (N, W) and bounds of the parameters (P, 2)."""
+    limits = model.coordinate_bounds(bounds)
+    scale = residual_scale(scan, weights)
+    return Problem(
+        model=model,
+        features=model.features(scan.directions),
+        measured=np.ascontiguousarray(np.where(scale > 0.0, scan.brdf, 0.0).T),
+        scale=np.ascontiguousarray(scale.T),
+        lower=limits[:, 0],
+        upper=limits[:, 1],
+        keys=np.round(scan.wavelength * 1000.0).astype(np.uint64).astype(np.uint32),
+        device=device,
+    )

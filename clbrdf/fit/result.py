@@ -1,0 +1,223 @@
+"""What comes out of a fit: parameters at every wavelength, how good they are, and what made them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf import hdf5
+from clbrdf.errors import InputError
+from clbrdf.geometry import Directions, read_only
+from clbrdf.models import Model, get_model
+from clbrdf.scan import Scan
+
+if TYPE_CHECKING:
+    import h5py
+
+Array = npt.NDArray[np.float64]
+
+STATUSES = ("converged", "at bound", "ambiguous", "not converged", "no data")
+"""What a status says of one wavelength:
+
+converged
+    a stationary point inside the limits, and the data tell the parameters apart
+at bound
+    the same, with at least one parameter at its limit
+ambiguous
+    a stationary point, but other parameters fit as well: too few points or incident angles, or no
+    specular part
+not converged
+    the polish ran out of iterations
+no data
+    every value is masked; the parameters are NaN
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model fitted to a scan at W wavelengths; immutable.
+
+    Attributes
+    ----------
+    scan : Scan
+        What was fitted.
+    model : Model
+    parameters, sigma : mapping of str to (W,) float64
+        Best values and their standard uncertainties, by name, in the units of the model's table. An
+        uncertainty is NaN at a bound and infinite where the data cannot tell.
+    objective : (W,) float64
+        E of (13) with the weights used.
+    relative_rms : (W,) float64
+        σ_r of (14) over all directions.
+    relative_rms_by_incident_angle : (I, W) float64
+        σ_r of (14) for each of ``scan.incident_angles``.
+    status : (W,) str
+        One of STATUSES.
+    evaluations : (W,) int64
+        Evaluations of E, search and polish together.
+    acceptance : (W,) float64
+        Share of proposed moves taken, NaN for methods that propose none.
+    not_finite : (W,) int64
+        Evaluations that were not finite and therefore refused.
+    weights : (N, W) float64
+        g of (13).
+    bounds : (P, 2) float64
+    method, device : str
+        What searched, and where it ran.
+    seed : int
+    provenance : mapping of str to str
+        Program version, settings, hash of the input.
+    seconds : float
+        Wall time of the fit. Not saved: a file holds only what input, settings and seed determine.
+    """
+
+    scan: Scan
+    model: Model
+    parameters: Mapping[str, Array]
+    sigma: Mapping[str, Array]
+    objective: Array
+    relative_rms: Array
+    relative_rms_by_incident_angle: Array
+    status: npt.NDArray[np.str_]
+    evaluations: npt.NDArray[np.int64]
+    acceptance: Array
+    not_finite: npt.NDArray[np.int64]
+    weights: Array
+    bounds: Array
+    method: str
+    device: str
+    seed: int
+    provenance: Mapping[str, str] = field(default_factory=dict)
+    seconds: float = float("nan")
+
+    def __post_init__(self) -> None:
+        for name in ("parameters", "sigma"):
+            values = {key: read_only(np.asarray(value)) for key, value in getattr(self, name).items()}
+            object.__setattr__(self, name, MappingProxyType(values))
+        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+        for name in ARRAYS:
+            read_only(getattr(self, name))
+
+    @property
+    def wavelength(self) -> Array:
+        """(W,), nm."""
+        return self.scan.wavelength
+
+    @property
+    def vector(self) -> Array:
+        """Parameters in table order, (W, P)."""
+        return np.stack([self.parameters[name] for name in self.model.names], axis=-1)
+
+    def evaluate(self, directions: Directions | None = None) -> Array:
+        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
+        x = self.model.features(self.scan.directions if directions is None else directions)
+        out: Array = self.model.brdf(self.vector[:, None, :], x).T
+        return out
+
+    def save(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write the fit with its scan as a NeXus HDF5 file, whole or not at all.
+
+        The same input, settings, seed and device give the same bytes.
+
+        Raises
+        ------
+        InputError
+            The file exists and `overwrite` is False, or it cannot be written.
+        """
+        title = f"{self.model.title}, fitted to {self.scan.sample or 'a sample'}"
+        with hdf5.create_file(path, "fit", title, overwrite) as file:
+            entry = file["entry"]
+            self.scan.write(entry)
+            _write(self, hdf5.group(entry, "fit", "NXprocess"))
+
+    @classmethod
+    def open(cls, path: str | Path) -> Fit:
+        """Read a fit file.
+
+        Raises
+        ------
+        InputError
+            The file is missing, damaged, of a newer version, or holds a scan only.
+        """
+        with hdf5.open_file(path) as file:
+            hdf5.check_content(file, "fit")
+            try:
+                return _read(file["entry"])
+            except InputError as error:
+                raise InputError(f"{path}: {error}") from error
+
+
+ARRAYS = (
+    "objective",
+    "relative_rms",
+    "relative_rms_by_incident_angle",
+    "status",
+    "evaluations",
+    "acceptance",
+    "not_finite",
+    "weights",
+    "bounds",
+)
+"""Attributes of a Fit that are arrays and go to the file under their own names."""
+
+
+def _write(fit: Fit, group: h5py.Group) -> None:
+    group["program"] = "clbrdf"
+    for name in ("method", "device"):
+        group[name] = getattr(fit, name)
+    group["model"] = fit.model.name
+    group["seed"] = fit.seed
+    data = hdf5.group(group, "parameters", "NXdata")
+    data.attrs["signal"] = fit.model.names[0]
+    data.attrs["auxiliary_signals"] = list(fit.model.names[1:])
+    data.attrs["axes"] = ["wavelength"]
+    hdf5.field(data, "wavelength", fit.wavelength, "nm", "wavelength")
+    for row in fit.model.parameters:
+        hdf5.field(data, row.name, fit.parameters[row.name], row.unit, row.meaning)
+        hdf5.field(data, f"{row.name}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
+    hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
+    for name in ARRAYS:
+        if name == "status":
+            codes = np.array([STATUSES.index(str(s)) for s in fit.status], dtype=np.uint8)
+            hdf5.field(group, name, codes, "").attrs["names"] = list(STATUSES)
+        else:
+            hdf5.field(group, name, getattr(fit, name), "1")
+    hdf5.write_mapping(group, "provenance", fit.provenance)
+
+
+def _read(entry: h5py.Group) -> Fit:
+    group = entry["fit"]
+    model = get_model(hdf5.read_text(group, "model"))
+    data = group["parameters"]
+    arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
+    names = [str(name) for name in group["status"].attrs["names"]]
+    return Fit(
+        scan=Scan.read(entry),
+        model=model,
+        parameters={name: data[name][()] for name in model.names},
+        sigma={name: data[f"{name}_errors"][()] for name in model.names},
+        status=np.array([names[code] for code in group["status"][()]]),
+        method=hdf5.read_text(group, "method"),
+        device=hdf5.read_text(group, "device"),
+        seed=int(group["seed"][()]),
+        provenance=hdf5.read_mapping(group, "provenance"),
+        **arrays,
+    )
+
+
+def table_rows(fit: Fit) -> tuple[list[str], list[list[float]]]:
+    """Return names and rows of the table of a fit: wavelength, parameters, E, σ_r per incident angle.
+
+    Columns as the paper's Tables 1 and 2; σ_r in percent.
+    """
+    angles = [f"σr {angle:g}° (%)" for angle in fit.scan.incident_angles]
+    columns = np.column_stack(
+        [fit.wavelength, fit.vector, fit.objective, 100.0 * fit.relative_rms_by_incident_angle.T]
+    )
+    return ["λ (nm)", *fit.model.names, "E", *angles], columns.tolist()

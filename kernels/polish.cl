@@ -1,0 +1,131 @@
+// Bounded Levenberg-Marquardt with analytic derivatives, one start a lane, to a stationary point of (13).
+//
+// Each iteration makes one pass over the directions and forms E = rᵀr, h = Jᵀr and H = JᵀJ of the trial.
+// Coordinates at a limit whose gradient points outwards are held there. The system is scaled to a unit
+// diagonal and damped, (H + μI) δ = −h; the trial is cut to the limits and taken where E falls. A lane is
+// done when the step would lower E by less than `tolerance` relative, or no damping lowers it any more.
+//
+//   start, end     (W, G, P) coordinates q, vectors of WIDTH
+//   objective      (W, G)    E at the end
+//   iterations     (W, G)    passes over the directions while the lane was not done
+//   done           (W, G)    1 where stopped by itself, 0 where by `most_iterations`
+//
+// Sources: Marquardt, J. SIAM 11 (1963) 431, doi:10.1137/0111030 (method, scaling); Nielsen, Damping
+// parameter in Marquardt's method, IMM-REP-1999-05 (change of μ).
+
+#define PACKED(i, j) ((i) * ((i) + 1) / 2 + (j))
+#define PAIRS (P * (P + 1) / 2)
+
+inline realv normal_equations(const realv *q, global const real *restrict rows,
+                              global const real *restrict measured, global const real *restrict scale,
+                              const uint n_directions, realv *h, realv *H) {
+    realv p[P], slope[P];
+    for (int j = 0; j < P; ++j) {
+        p[j] = value_of(j, q[j]);
+        slope[j] = slope_of(j, p[j]);
+        h[j] = (realv)0.0;
+    }
+    for (int k = 0; k < PAIRS; ++k) H[k] = (realv)0.0;
+    const model_state m = model_prepare(p);
+    realv sum = (realv)0.0;
+    for (uint n = 0; n < n_directions; ++n) {
+        const geometry x = geometry_of(rows, n);
+        const realv s = (realv)scale[n];
+        realv gradient[P];
+        const realv residual = s * (model_gradient(&m, x, gradient) - (realv)measured[n]);
+        sum += residual * residual;
+        for (int i = 0; i < P; ++i) {
+            gradient[i] *= s * slope[i];
+            h[i] += gradient[i] * residual;
+            for (int j = 0; j <= i; ++j) H[PACKED(i, j)] += gradient[i] * gradient[j];
+        }
+    }
+    return sum;
+}
+
+// Solve (S H S + μI) y = −S h over the free coordinates, S the scaling to a unit diagonal; δ = S y.
+// Returns the decrease of E that the quadratic model predicts for δ.
+inline realv damped_step(const realv *h, const realv *H, const realv *free, realv mu, realv *delta) {
+    realv L[PAIRS], S[P], y[P];
+    for (int i = 0; i < P; ++i) S[i] = rsqrt(max(H[PACKED(i, i)], (realv)1e-290)) * free[i];
+    for (int i = 0; i < P; ++i)
+        for (int j = 0; j <= i; ++j) {
+            realv sum = H[PACKED(i, j)] * S[i] * S[j];
+            if (i == j) sum += mu + ((realv)1.0 - free[i]);
+            for (int k = 0; k < j; ++k) sum -= L[PACKED(i, k)] * L[PACKED(j, k)];
+            L[PACKED(i, j)] = i == j ? sqrt(max(sum, (realv)1e-30)) : sum / L[PACKED(j, j)];
+        }
+    for (int i = 0; i < P; ++i) {
+        realv sum = -h[i] * S[i];
+        for (int k = 0; k < i; ++k) sum -= L[PACKED(i, k)] * y[k];
+        y[i] = sum / L[PACKED(i, i)];
+    }
+    realv predicted = (realv)0.0;
+    for (int i = P - 1; i >= 0; --i) {
+        realv sum = y[i];
+        for (int k = i + 1; k < P; ++k) sum -= L[PACKED(k, i)] * y[k];
+        y[i] = sum / L[PACKED(i, i)];
+    }
+    for (int i = 0; i < P; ++i) {
+        predicted += y[i] * (mu * y[i] - h[i] * S[i]);
+        delta[i] = y[i] * S[i];
+    }
+    return predicted;
+}
+
+kernel void polish(global const real *restrict rows, const uint n_directions,
+                   global const real *restrict measured_all, global const real *restrict scale_all,
+                   global const real *restrict lower, global const real *restrict upper,
+                   const uint most_iterations, const real tolerance,
+                   global real *restrict q_all, global real *restrict objective_all,
+                   global real *restrict iterations_all, global real *restrict done_all) {
+    const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
+    const size_t place = w * groups + g;
+    global const real *measured = measured_all + w * n_directions;
+    global const real *scale = scale_all + w * n_directions;
+
+    realv q[P], h[P], H[PAIRS];
+    for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
+    realv E = normal_equations(q, rows, measured, scale, n_directions, h, H);
+    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0, done = (realv)0.0;
+
+    for (uint iteration = 1; iteration < most_iterations; ++iteration) {
+        realv free[P], delta[P], trial[P], trial_h[P], trial_H[PAIRS];
+        for (int j = 0; j < P; ++j) {
+            const integerv held = ((q[j] <= (realv)lower[j]) & (h[j] > (realv)0.0)) |
+                                  ((q[j] >= (realv)upper[j]) & (h[j] < (realv)0.0));
+            free[j] = held ? (realv)0.0 : (realv)1.0;
+        }
+        const realv predicted = damped_step(h, H, free, mu, delta);
+        for (int j = 0; j < P; ++j) {
+            // A coordinate without effect asks for endless steps: a quarter of its range is enough.
+            const realv longest = (realv)(0.25 * (upper[j] - lower[j]));
+            trial[j] = clamp(q[j] + clamp(delta[j], -longest, longest), (realv)lower[j], (realv)upper[j]);
+        }
+        const realv trial_E = normal_equations(trial, rows, measured, scale, n_directions, trial_h, trial_H);
+        iterations += (realv)1.0 - done;
+
+        const integerv open = done == (realv)0.0;
+        const integerv accept = open & (trial_E < E);
+        const realv ratio = (E - trial_E) / max(predicted, (realv)1e-300);
+        const realv bend = (realv)2.0 * ratio - (realv)1.0;
+        const realv shrink = max((realv)1.0 / (realv)3.0, (realv)1.0 - bend * bend * bend);
+        // Judged before the trial is taken: the trial may still bring the last digit.
+        const integerv finished = ((predicted <= (realv)tolerance * E) & (mu <= (realv)1.0)) |
+                                  (mu > (realv)1e16) | (E <= (realv)1e-30);
+        mu = accept ? max(mu * min(shrink, (realv)2.0), (realv)1e-15) : (open ? mu * growth : mu);
+        growth = accept ? (realv)2.0 : (open ? growth * (realv)2.0 : growth);
+        E = accept ? trial_E : E;
+        for (int j = 0; j < P; ++j) {
+            q[j] = accept ? trial[j] : q[j];
+            h[j] = accept ? trial_h[j] : h[j];
+        }
+        for (int k = 0; k < PAIRS; ++k) H[k] = accept ? trial_H[k] : H[k];
+        done = finished ? (realv)1.0 : done;
+        if (!ANY(done == (realv)0.0)) break;
+    }
+    for (int j = 0; j < P; ++j) STORE(q[j], place * P + j, q_all);
+    STORE(E, place, objective_all);
+    STORE(iterations, place, iterations_all);
+    STORE(done, place, done_all);
+}
