@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 
@@ -250,7 +251,7 @@ class TestMachine:
     def test_a_reader_that_leaves_early_is_no_error(self):
         words = [sys.executable, "-m", "clbrdf.cli", "evaluate", "--theta-i", "30", "--theta-r", "0:85:0.001"]
         ended = subprocess.run(
-            f"{' '.join(words)} | head -1", shell=True, capture_output=True, text=True, timeout=120
+            f"{shlex.join(words)} | head -1", shell=True, capture_output=True, text=True, timeout=120
         )
         assert ended.stderr == ""
 
