@@ -249,7 +249,7 @@ class TestMachine:
         assert list(tmp_path.iterdir()) == []
 
     def test_a_reader_that_leaves_early_is_no_error(self):
-        words = [sys.executable, "-m", "clbrdf.cli", "evaluate", "--theta-i", "30", "--theta-r", "0:85:0.001"]
+        words = [sys.executable, "-m", "clbrdf.cli", "evaluate", "--theta-i", "30", "--theta-r", "0:85:0.02"]
         ended = subprocess.run(
             f"{shlex.join(words)} | head -1", shell=True, capture_output=True, text=True, timeout=120
         )
