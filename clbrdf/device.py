@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from clbrdf.errors import DeviceError
 
 if TYPE_CHECKING:
@@ -125,11 +127,11 @@ def open_queue(device: Device) -> cl.CommandQueue:
     return cl.CommandQueue(context)
 
 
-def vector_width(device: Device, precision: str) -> int:
+def vector_width(device: Device, dtype: type[np.floating]) -> int:
     """Lanes per work item: 1 on a GPU; on a CPU 8 (fp32) and 4 (fp64).
 
     Wider vectors crash or hang the compiler of the PoCL that the wheel brings on AVX-512 machines.
     """
     if device.kind == "gpu":
         return 1
-    return 4 if precision == "double" else 8
+    return 32 // np.dtype(dtype).itemsize

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from clbrdf.cli.console import print_table
 from clbrdf.cli.options import DeviceName
 from clbrdf.device import choose_device, list_devices, vector_width
@@ -18,8 +20,8 @@ def command(*, device: DeviceName = None) -> None:
             " ".join(f"{d.platform}, {d.version}".split()[:8]),
             f"{d.compute_units}",
             f"{d.memory / 2**30:.1f}",
-            f"{vector_width(d, 'single')}",
-            f"{vector_width(d, 'double')}" if d.has_double else "–",
+            f"{vector_width(d, np.float32)}",
+            f"{vector_width(d, np.float64)}" if d.has_double else "–",
         ]
         for d in list_devices()
     ]

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.device import open_queue
 from clbrdf.fit.problem import Problem
+from clbrdf.precision import get_precision
 from clbrdf.program import Variant, build, upload
 
 Array = npt.NDArray[np.float64]
@@ -50,7 +51,7 @@ def polish(problem: Problem, starts: Array) -> Polished:
     import pyopencl as cl
 
     device = problem.device
-    variant = Variant.on(device, "polish", problem.model, "double", ("coordinates",))
+    variant = Variant.on(device, "polish", problem.model, get_precision("double"), ("coordinates",))
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
     (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
     groups, width = -(-k // variant.width), variant.width
