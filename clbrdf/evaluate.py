@@ -100,8 +100,8 @@ def _launch(model: Model, parameters: Array, x: Array, precision: Precision, dev
 
     variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
     kernel, queue = cl.Kernel(build(device, variant), "evaluate"), open_queue(device)
-    groups = -(-len(x) // variant.width)
-    padded = groups * variant.width
+    groups = -(-len(x) // variant.lanes.width)
+    padded = groups * variant.lanes.width
     rows, columns = np.zeros((x.shape[1], padded)), parameters
     rows[:, : len(x)] = x.T
     if precision.careful:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clbrdf.device import Device, open_queue, vector_width
+from clbrdf.device import Device, open_queue
 from clbrdf.errors import DeviceError
+from clbrdf.lanes import Lanes, lanes_of
 from clbrdf.models import Model
 from clbrdf.models.model import LOG2_OF_ZERO
 from clbrdf.precision import Precision
@@ -30,7 +31,7 @@ BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
 
 @dataclass(frozen=True)
 class Variant:
-    """What a program is built for: job file, model, precision, lanes per work item, library files.
+    """What a program is built for: job file, model, precision, lanes, library files.
 
     The library file "pair" comes before the model and makes it careful; the others come after it.
     """
@@ -38,15 +39,15 @@ class Variant:
     job: str
     model: Model
     precision: Precision
-    width: int
+    lanes: Lanes
     library: tuple[str, ...] = ()
 
     @classmethod
     def on(
         cls, device: Device, job: str, model: Model, precision: Precision, library: tuple[str, ...] = ()
     ) -> Variant:
-        """Return the variant with the number of lanes that suits a device."""
-        return cls(job, model, precision, vector_width(device, precision.dtype), library)
+        """Return the variant with the lanes that suit a device."""
+        return cls(job, model, precision, lanes_of(device, precision.dtype), library)
 
 
 def kernel_text(path: str) -> str:
@@ -75,8 +76,8 @@ def constants_text(variant: Variant) -> str:
     model = variant.model
     names = [p.name.upper() for p in model.parameters]
     kind = "double" if variant.precision.dtype is np.float64 else "float"
-    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.width}"]
-    lines.append(f"#define EXP2_DEGREE {variant.precision.degree}")
+    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.lanes.width}"]
+    lines += [f"#define UNROLL {variant.lanes.unroll}", f"#define EXP2_DEGREE {variant.precision.degree}"]
     if kind == "double":
         lines.append("#define REAL_IS_DOUBLE")
     if "pair" in variant.library:

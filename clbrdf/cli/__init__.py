@@ -17,6 +17,7 @@ COMMANDS = {
     "info": "show what is in a scan or fit",
     "fit": "fit the model at every wavelength",
     "evaluate": "print model values as a table",
+    "bench": "measure here and now, beside peers",
     "devices": "list the OpenCL devices and the one chosen",
 }
 """Each is `command` in the module clbrdf.cli.<name>_command."""

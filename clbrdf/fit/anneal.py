@@ -78,7 +78,7 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
     variant = Variant.on(device, "anneal", problem.model, precision, library)
     program, queue = build(device, variant), open_queue(device)
     w, n = problem.size
-    p, groups, width = len(problem.lower), -(-settings.chains // variant.width), variant.width
+    p, groups, width = len(problem.lower), -(-settings.chains // variant.lanes.width), variant.lanes.width
 
     def scratch(values: int, kind: type[np.generic]) -> Any:
         return cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, max(1, values) * np.dtype(kind).itemsize)

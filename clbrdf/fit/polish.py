@@ -54,7 +54,7 @@ def polish(problem: Problem, starts: Array) -> Polished:
     variant = Variant.on(device, "polish", problem.model, get_precision("double"), ("coordinates",))
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
     (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
-    groups, width = -(-k // variant.width), variant.width
+    groups, width = -(-k // variant.lanes.width), variant.lanes.width
     # Lanes without a start of their own repeat the first.
     places = np.where(np.arange(groups * width) < k, np.arange(groups * width), 0)
     lanes = starts[:, places].reshape(w, groups, width, p).transpose(0, 1, 3, 2)

@@ -7,7 +7,8 @@ import pyopencl as cl
 import pytest
 from mpmath import mpf, power
 
-from clbrdf.device import open_queue, vector_width
+from clbrdf.device import open_queue
+from clbrdf.lanes import Lanes, safe_lanes
 from clbrdf.models import get_model
 from clbrdf.precision import get_precision
 from clbrdf.program import Variant, constants_text, kernel_text, philox_text, upload
@@ -20,7 +21,7 @@ kernel void job(global const real *x, global real *y) {
 
 
 def exp2_on(device, precision, width, x):
-    variant = Variant("none", get_model(), get_precision(precision), width)
+    variant = Variant("none", get_model(), get_precision(precision), Lanes(width, 1))
     text = constants_text(variant) + kernel_text("lib/vector.cl") + kernel_text("lib/exp2.cl") + EXP2_JOB
     queue, dtype = open_queue(device), get_precision(precision).dtype
     program = cl.Program(queue.context, text).build(options=["-cl-no-signed-zeros", "-cl-mad-enable"])
@@ -48,7 +49,7 @@ def test_exp2_keeps_its_stated_error(device, precision, low, high, bound):
     rng = np.random.default_rng(5)
     x = np.concatenate([rng.uniform(low, high, 3000), rng.uniform(-1, 1, 1000), np.arange(-40.0, 40.0, 0.5)])
     x = x.astype(dtype)[: len(x) // 8 * 8]
-    for width in {1, vector_width(device, dtype)}:
+    for width in {1, safe_lanes(device, dtype).width}:
         y = exp2_on(device, precision, width, x)
         errors = [abs(mpf(float(b)) / power(2, mpf(float(a))) - 1) for a, b in zip(x, y, strict=True)]
         assert float(max(errors)) <= bound
@@ -61,7 +62,7 @@ def test_exp2_beyond_its_range_is_zero_or_infinite_and_between_is_tiny(device, p
     largest = {"single": 128.0, "double": 1024.0}[precision]
     dtype = get_precision(precision).dtype
     x = np.array([-1e6, -2e4, smallest - 1.0, smallest - 0.3, 0.0, 1.0, largest, 1e6], dtype)
-    y = exp2_on(device, precision, vector_width(device, dtype), x)
+    y = exp2_on(device, precision, safe_lanes(device, dtype).width, x)
     assert y[:3].tolist() == [0.0, 0.0, 0.0]
     assert 0.0 <= y[3] < 2.0**smallest
     assert y[4:6].tolist() == [1.0, 2.0]
