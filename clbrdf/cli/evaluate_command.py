@@ -17,7 +17,6 @@ from clbrdf.files import whole_text
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.tolerance import choose_precision
 
-
 MOST_TABLE_ROWS = 2000
 """Longer results are printed line by line in fixed columns: a table would have to be held as a whole."""
 
