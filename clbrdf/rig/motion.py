@@ -95,6 +95,8 @@ class Stages:
             for name, stage, target in zip(AXES, self.stages, targets, strict=True):
                 raw = self._of(name).to_raw(target)
                 distance = abs(raw - stage.get_position())
+                if distance == 0.0:
+                    continue
                 # A digit lost on the line could make this far too long or too short.
                 own = self._of(name).travel_time(distance)
                 allowed = max(allowed, own, min(stage.get_predicted_time(distance), 3.0 * own + 1.0))

@@ -191,10 +191,22 @@ class StorageSettings(Settings):
     keep_free: NotNegative = 200.0
 
 
-class CheckSettings(Settings):
-    """How far a check point may lie from its first value, relative."""
+class RecoverySettings(Settings):
+    """What is done about faults that repeating an exchange does not mend.
 
-    tolerance: Annotated[float, Field(gt=0.0)] = 0.1
+    Attributes
+    ----------
+    attempts : int
+        How often a point is tried.
+    replug_time : float
+        How long a lost port is waited for, s.
+    check_tolerance : float
+        How far a check point may lie from its first value, relative.
+    """
+
+    attempts: Annotated[int, Field(ge=1, le=1000)] = 8
+    replug_time: Positive = 60.0
+    check_tolerance: Positive = 0.1
 
 
 class Rig(Settings):
@@ -206,7 +218,7 @@ class Rig(Settings):
     reference: ReferenceSettings
     geometry: GeometrySettings
     storage: StorageSettings = StorageSettings()
-    check: CheckSettings = CheckSettings()
+    recovery: RecoverySettings = RecoverySettings()
     emulator: EmulatorSettings | None = None
 
     @model_validator(mode="after")
@@ -226,7 +238,7 @@ class Rig(Settings):
         """Everything a measurement depends on, as text; ports and the emulator may change on resume."""
         connection = {"port", "baud", "patience", "poll"}
         parts = {name: connection for name in ("stages", "spectrometer", "reference")}
-        return self.model_dump_json(exclude={"emulator": True, "storage": True, **parts})
+        return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
 
 
 def load_rig(path: str | Path) -> Rig:

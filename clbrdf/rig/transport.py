@@ -105,6 +105,11 @@ class Line:
         self._serial = None
         self._buffer.clear()
 
+    @property
+    def is_open(self) -> bool:
+        """False before `open`, and after the port was lost."""
+        return self._serial is not None
+
     def wire_time(self, count: int) -> float:
         """Seconds that `count` bytes take on the line."""
         return count * BITS_PER_BYTE / self.baud

@@ -105,7 +105,7 @@ class Newport1830C:
         """Set everything again: after a fault the meter may have been switched off and on."""
         for _ in range(3):
             faults = self.line.faults
-            for command in ("E0", "CS", "A0", "U1", f"W{self._wavelength}"):
+            for command in ("CS", "E0", "A0", "U1", f"W{self._wavelength}"):
                 self._tell(command)
             self.line.drain()
             if self._ask("W?", r"\d{4}") != self._wavelength or self._ask("U?", r"[1-4]") != WATTS:

@@ -78,8 +78,9 @@ class ObpSpectrometer:
 
     def set_shutter(self, is_open: bool) -> None:
         """Set the shutter of the lamp: lamp-enable on (open) or off (closed)."""
-        self._shutter = is_open
-        self._set_shutter()
+        if is_open != self._shutter or self._faults != self.line.faults:
+            self._shutter = is_open
+            self._set_shutter()
 
     def measure_spectrum(self) -> npt.NDArray[np.uint16]:
         """Measure raw counts, (1024,) uint16, 0 to 16383.
@@ -157,7 +158,9 @@ class ObpSpectrometer:
         def exchange() -> bytes:
             self._regarding = self._regarding % 0xFFFFFFFF + 1
             request = obp.Message(kind, self._regarding, data, flags).encode()
-            self._buffer.clear()
+            if self._buffer:
+                self.line.fault("stale bytes", f"{len(self._buffer)} bytes thrown away before a request")
+                self._buffer.clear()
             self.line.send(request)
             answer = self._read(
                 kind, self.line.deadline(2 * len(request) + reply, DEVICE_TIME + device_time)

@@ -20,7 +20,7 @@ END = b"\r\n"
 DEVICE_TIME = 0.02
 """A query takes about 10 ms inside the controller."""
 
-NUMBER = r"[+-]?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|[+-]?\.\d+(?:[eE][+-]?\d+)?"
+NUMBER = r"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 MOST_BYTES = 64
 MOST_READINGS = 8
 
@@ -68,7 +68,7 @@ COMMAND_ERRORS = {
     "U": "EEPROM",
     "V": "execution",
 }
-DAMAGED = "ABCS"
+DAMAGED = "ABCGNS"
 """Errors that a damaged command explains: the command may be sent again."""
 
 
@@ -78,6 +78,7 @@ class Smc100Stage:
     def __init__(self, line: Line, address: int) -> None:
         self.line = line
         self.address = address
+        self._firmware = ""
 
     def identify(self) -> str:
         """Get the firmware's name.
@@ -89,7 +90,8 @@ class Smc100Stage:
         """
         try:
             self.get_status()
-            return self._ask("VE", r"[ -~]+").strip()
+            self._firmware = self._agreed("VE", r"[ -~]+")
+            return self._firmware.strip()
         except LineFault as error:
             raise InstrumentError(
                 f"{self.line.name}: no SMC100 answers at address {self.address} on {self.line.port};"
@@ -111,18 +113,11 @@ class Smc100Stage:
 
     def get_position(self) -> float:
         """Measure the position in degrees: two readings that agree (a digit lost on the line would not)."""
-        before = self._number("TP")
-        for _ in range(MOST_READINGS):
-            again = self._number("TP")
-            if again == before:
-                return again
-            self.line.fault("position disagrees", f"address {self.address}: {before:g}°, then {again:g}°")
-            before = again
-        raise BadReply(f"{self.line.name}: address {self.address} is not at rest; no two positions agree")
+        return float(self._agreed("TP", NUMBER))
 
     def get_predicted_time(self, distance: float) -> float:
         """Get the time a move of `distance` degrees takes, in s (`PT`)."""
-        return self._number("PT", _decimal(abs(distance)))
+        return float(self._agreed("PT", NUMBER, _decimal(abs(distance))))
 
     def start_move(self, target: float) -> None:
         """Set the target in degrees, to 0.0001°, and set off (`PA`).
@@ -206,6 +201,17 @@ class Smc100Stage:
     def _number(self, code: str, value: str = "") -> float:
         return float(self._ask(code, NUMBER, value))
 
+    def _agreed(self, code: str, pattern: str, value: str = "") -> str:
+        """Ask until two answers in a row are the same: replies have no checksum."""
+        before = self._ask(code, pattern, value)
+        for _ in range(MOST_READINGS):
+            again = self._ask(code, pattern, value)
+            if again == before:
+                return again
+            self.line.fault("reading disagrees", f"{self.address}{code}{value}: {before}, then {again}")
+            before = again
+        raise BadReply(f"{self.line.name}: no two answers to {self.address}{code}{value} agree")
+
     def _ask(self, code: str, pattern: str, value: str = "") -> str:
         """Send a query and return the value of its reply, read strictly."""
         request = f"{self.address}{code}{value}".encode("ascii") + END
@@ -227,8 +233,9 @@ class Smc100Stage:
         self.line.drain()
         request = f"{self.address}VE".encode("ascii")
         self.line.send(request + END)
+        wanted = request + self._firmware.encode("ascii")
         deadline = self.line.deadline(2 * MOST_BYTES, DEVICE_TIME)
-        while not self.line.read_until(END, deadline).startswith(request):
+        while not self.line.read_until(END, deadline).startswith(wanted):
             pass
         self.line.drain()
 
