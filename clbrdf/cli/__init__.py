@@ -13,6 +13,10 @@ from clbrdf.errors import ClbrdfError
 
 COMMANDS = {
     "evaluate": "print model values as a table",
+    "measure": "run a measurement plan on the rig",
+    "emulate": "run a rig of emulated instruments on pseudo-terminals",
+    "calibrate": "calibrate the raw counts of a measured scan again",
+    "budget": "print the error budget of an absolute BRDF",
     "devices": "list the OpenCL devices and the one chosen",
 }
 """Each is `command` in the module clbrdf.cli.<name>_command."""

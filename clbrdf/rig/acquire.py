@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.progress import Report
-from clbrdf.rig.errors import InstrumentError, LimitReached, OutOfBand, Stalled
+from clbrdf.rig.errors import InstrumentError, LimitReachedError, OutOfBandError, StalledError
 from clbrdf.rig.eventlog import EventLog, now_text
 from clbrdf.rig.exposure import Exposure, expose, ladder
 from clbrdf.rig.instruments import Instruments
@@ -51,7 +51,7 @@ class Acquisition:
     window : slice
         Pixels within the plan's wavelengths.
     check : callable
-        Called between exchanges; raises `Stopped` where the user wants to stop.
+        Called between exchanges; raises `StoppedError` where the user wants to stop.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Acquisition:
         ------
         InstrumentError
             A fault that did not go away; every committed row is safe.
-        Stopped
+        StoppedError
             The user asked to stop.
         """
         self._surely("homing", self.instruments.home)
@@ -128,7 +128,7 @@ class Acquisition:
             row = self._record(
                 POINT, point, self.route.axes[point], start if self.is_automatic else fixed, self.direct.row
             )
-        except LimitReached as error:
+        except LimitReachedError as error:
             self.log.add("rig", "point skipped", f"point {point}: {error}")
             self.store.append(self._skipped(point))
             self._leave_limit(error)
@@ -136,8 +136,8 @@ class Acquisition:
         self.store.append(row)
         self.direct.used += 1
 
-    def _leave_limit(self, error: LimitReached) -> None:
-        """A stage at its limit switch is homed before it is trusted again."""
+    def _leave_limit(self, error: LimitReachedError) -> None:
+        """Home the stages after a limit switch before they are trusted again."""
 
         def leave() -> None:
             if self.instruments.recover(error):
@@ -158,8 +158,8 @@ class Acquisition:
         axes = np.array(self.instruments.rig.geometry.direct)
         try:
             row = self._record(DIRECT, NO_ROW, axes, self.times[0], NO_ROW, may_grow=True)
-        except LimitReached as error:
-            raise Stalled(f"{error}; the direct beam cannot be measured") from error
+        except LimitReachedError as error:
+            raise StalledError(f"{error}; the direct beam cannot be measured") from error
         if row.flags & SATURATED:
             raise InstrumentError(
                 f"the direct beam saturates the spectrometer at {row.integration_time:g} s;"
@@ -170,13 +170,15 @@ class Acquisition:
         self.direct = Freshness(self.store.append(row))
 
     def _check_point(self) -> None:
-        """Measure the last committed point again: does the rig still stand where it stood?"""
+        """Measure the last committed point again, to see whether the rig stands where it stood."""
         last = self.store.last
         assert last is not None
         try:
-            row = self._record(CHECK, last.point, last.axes, last.integration_time, last.direct, may_grow=False)
-        except LimitReached as error:
-            raise Stalled(f"{error}; the check point cannot be measured") from error
+            row = self._record(
+                CHECK, last.point, last.axes, last.integration_time, last.direct, may_grow=False
+            )
+        except LimitReachedError as error:
+            raise StalledError(f"{error}; the check point cannot be measured") from error
         place = self.store.append(row)
         before = self._signal(last, self.store.dark_of(last))
         again = self._signal(row, self.store.dark_of(row))
@@ -187,7 +189,7 @@ class Acquisition:
         self.log.add("rig", "check point", f"point {last.point}: {off:.2%} off (row {place})")
         tolerance = self.instruments.rig.recovery.check_tolerance
         if off > tolerance:
-            raise OutOfBand(
+            raise OutOfBandError(
                 f"check point {last.point} is {off:.1%} off, more than {tolerance:.1%}:"
                 " look whether lamp, sample or stages have moved"
             )
@@ -221,7 +223,16 @@ class Acquisition:
         dark = self._dark(exposure.seconds, positions)
         flags = SATURATED if exposure.saturated else 0
         return Row(
-            kind, point, moment, np.array(positions), power, exposure.seconds, dark, direct, flags, exposure.counts
+            kind,
+            point,
+            moment,
+            np.array(positions),
+            power,
+            exposure.seconds,
+            dark,
+            direct,
+            flags,
+            exposure.counts,
         )
 
     def _expose(self, start: float, may_grow: bool) -> Exposure:
@@ -252,7 +263,7 @@ class Acquisition:
 
         Raises
         ------
-        OutOfBand
+        OutOfBandError
             It does not come back in the time the rig file gives it.
         """
         settings = self.instruments.rig.reference
@@ -261,7 +272,7 @@ class Acquisition:
             power = self.instruments.reference.measure_power()
             try:
                 self._check_band(power)
-            except OutOfBand:
+            except OutOfBandError:
                 if time.monotonic() > deadline:
                     raise
                 self.check()
@@ -274,4 +285,4 @@ class Acquisition:
         if self.base_power is not None and abs(power / self.base_power - 1.0) > band:
             text = f"{power:.4g} W, more than {band:.1%} from the {self.base_power:.4g} W at the start"
             self.log.add("reference", "lamp out of band", text)
-            raise OutOfBand(f"reference: the lamp gives {text}; see to the lamp")
+            raise OutOfBandError(f"reference: the lamp gives {text}; see to the lamp")

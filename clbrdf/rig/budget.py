@@ -79,31 +79,31 @@ class Budget(Settings):
     displacement 0.01 mm) only in sum, as 3.34 %.
     """
 
-    mechanical: list[Source] = [Source(name="rotation, holder height, displacement", percent=3.34)]
-    illumination: list[Source] = [
+    mechanical: tuple[Source, ...] = (Source(name="rotation, holder height, displacement", percent=3.34),)
+    illumination: tuple[Source, ...] = (
         Source(name="lamp stability", percent=0.1, kind="point", measured="reference"),
         Source(name="drift of the reflected luminance", percent=0.4, kind="point"),
         Source(name="stray light", percent=1.0, measured="stray_light"),
-    ]
-    detection: list[Source] = [
+    )
+    detection: tuple[Source, ...] = (
         Source(name="signal to noise", percent=0.4, kind="point", measured="counting"),
         Source(name="nonlinearity", percent=0.4),
         Source(name="solid angle of the receiver", percent=0.7),
-    ]
-    personal: list[Source] = [Source(name="different readers", percent=4.84)]
+    )
+    personal: tuple[Source, ...] = (Source(name="different readers", percent=4.84),)
     points: PointSources = PointSources()
 
-    def sources(self, group: str) -> list[Source]:
-        """The sources of one term of (3)."""
-        found: list[Source] = getattr(self, group)
+    def sources(self, group: str) -> tuple[Source, ...]:
+        """Return the sources of one term of (3)."""
+        found: tuple[Source, ...] = getattr(self, group)
         return found
 
     def is_measured(self, source: Source) -> bool:
-        """Whether a raw scan takes the place of this percentage."""
+        """Say whether a raw scan takes the place of this percentage."""
         return bool(source.measured) and bool(getattr(self.points, source.measured))
 
     def without_measured(self, kind: str) -> float:
-        """Relative standard uncertainty from the percentages of one kind that no raw scan replaces."""
+        """Return the relative uncertainty from the percentages of a kind that no raw scan replaces."""
         parts = [
             source.percent / 100.0
             for group in GROUPS
@@ -119,12 +119,12 @@ def root_sum_square(parts: list[float]) -> float:
 
 
 def group_percent(budget: Budget, group: str) -> float:
-    """One term of (3), %."""
+    """Return one term of (3), %."""
     return root_sum_square([source.percent for source in budget.sources(group)])
 
 
 def kind_percent(budget: Budget, kind: str) -> float:
-    """The scale part or the part that differs from point to point, %."""
+    """Return the scale part or the part that differs from point to point, %."""
     every = [source for group in GROUPS for source in budget.sources(group)]
     return root_sum_square([source.percent for source in every if source.kind == kind])
 

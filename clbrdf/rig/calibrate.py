@@ -79,7 +79,7 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
     grid = grid_of(raw.plan.wavelength)
     weights = resampling(raw.wavelength, grid, raw.plan.wavelength.step)
     skipped = (raw.rows["flags"][rows] & SKIPPED) != 0
-    angles = _angles(raw, rows, skipped)
+    theta_i, phi_i, theta_r, phi_r = _angles(raw, rows, skipped)
     shape = (len(rows), len(grid))
     brdf, flags = np.full(shape, np.nan), np.zeros(shape, np.uint32)
     parts = {name: np.zeros(shape) for name in ("counting", "incident power", "stray light")}
@@ -87,10 +87,13 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
         block = slice(first, first + BLOCK_ROWS)
         good = np.nonzero(~skipped[block])[0] + first
         if len(good):
-            _fill(raw, rows[good], cos_deg(angles[2][good]), weights, good, budget, brdf, flags, parts)
+            _fill(raw, rows[good], cos_deg(theta_r[good]), weights, good, budget, brdf, flags, parts)
     flags[skipped] |= NOT_MEASURED | LIMIT
     scan = Scan(
-        *angles,
+        theta_i,
+        phi_i,
+        theta_r,
+        phi_r,
         grid,
         brdf,
         flags=flags,
@@ -106,7 +109,7 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
 def grid_of(grid: WavelengthGrid) -> Array:
     """Wavelengths of the regular grid, nm."""
     count = int(np.floor((grid.stop - grid.start) / grid.step + 1e-9)) + 1
-    return grid.start + grid.step * np.arange(count)
+    return np.asarray(grid.start + grid.step * np.arange(count))
 
 
 def resampling(wavelength: Array, grid: Array, step: float) -> Array:

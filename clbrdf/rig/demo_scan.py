@@ -23,6 +23,9 @@ longest_time = 1.0
 wavelength = { start = 380, stop = 760, step = 5 }
 """
 
+FASTER = (("time_factor = 20 ", "time_factor = 400 "), ("line_speed = true ", "line_speed = false "))
+"""What the demo changes in the sample rig file."""
+
 
 def measure_demo_scan(path: str | Path, report: Report = silent, overwrite: bool = False) -> Path:
     """Measure yellow tin foil on an emulated rig over pseudo-terminals; return the scan's path.
@@ -38,7 +41,9 @@ def measure_demo_scan(path: str | Path, report: Report = silent, overwrite: bool
     target = Path(path)
     with tempfile.TemporaryDirectory(prefix="clbrdf-demo-") as folder:
         text = sample_path("rig.toml").read_text(encoding="utf-8")
-        text = text.replace("time_factor = 20 ", "time_factor = 400 ").replace("= true         ", "= false        ")
+        for before, after in FASTER:
+            assert before in text
+            text = text.replace(before, after)
         rig_file, plan_file = Path(folder) / "rig.toml", Path(folder) / "plan.toml"
         rig_file.write_text(text, encoding="utf-8")
         plan_file.write_text(DEMO_PLAN, encoding="utf-8")

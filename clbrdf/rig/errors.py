@@ -9,41 +9,41 @@ class InstrumentError(DeviceError):
     """An instrument cannot be used; the message names it, its port and the mend."""
 
 
-class LineFault(InstrumentError):
+class LineError(InstrumentError):
     """An exchange went wrong on its way; it may be repeated if the request may be."""
 
 
-class NoReply(LineFault):
+class NoReplyError(LineError):
     """The deadline passed before the reply was whole."""
 
 
-class BadReply(LineFault):
+class BadReplyError(LineError):
     """A reply came that does not read as its protocol says."""
 
 
-class Unplugged(InstrumentError):
+class UnpluggedError(InstrumentError):
     """The port is gone: reopen it, identify the instrument, home, assume no position."""
 
 
-class Refused(InstrumentError):
+class RefusedError(InstrumentError):
     """The instrument understood and said no."""
 
 
-class NotReferenced(InstrumentError):
+class NotReferencedError(InstrumentError):
     """A stage has lost its homing, by reset or power cut."""
 
 
-class Stalled(InstrumentError):
+class StalledError(InstrumentError):
     """A stage stopped, or took too long, before its target."""
 
 
-class LimitReached(InstrumentError):
+class LimitReachedError(InstrumentError):
     """A stage ran into a limit switch: the point cannot be measured."""
 
 
-class OutOfBand(InstrumentError):
+class OutOfBandError(InstrumentError):
     """The lamp, a reading or a check point is not where it should be."""
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """The user asked to stop (Ctrl-C once); not an error."""

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from clbrdf.rig.drivers import get_driver
-from clbrdf.rig.errors import InstrumentError, LimitReached, NotReferenced, Stalled
+from clbrdf.rig.errors import InstrumentError, LimitReachedError, NotReferencedError, StalledError
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.motion import Stages, make_stages
 from clbrdf.rig.rigfile import Rig
@@ -31,7 +31,7 @@ class Instruments:
     lines : tuple of Line
         In the same order.
     check : callable
-        Raises `Stopped` where the user wants to stop.
+        Raises `StoppedError` where the user wants to stop.
     """
 
     rig: Rig
@@ -40,6 +40,9 @@ class Instruments:
     reference: ReferenceDetector
     lines: tuple[Line, Line, Line]
     check: Callable[[], None]
+
+    def _parts(self) -> list[tuple[Line, Stages | Spectrometer | ReferenceDetector]]:
+        return list(zip(self.lines, (self.stages, self.spectrometer, self.reference), strict=True))
 
     def connect(self) -> str:
         """Open and identify all three before anything moves; return what they are.
@@ -52,10 +55,7 @@ class Instruments:
         for line in self.lines:
             line.open()
             line.drain()
-        return "; ".join(
-            f"{line.name}: {part.identify()}"
-            for line, part in zip(self.lines, (self.stages, self.spectrometer, self.reference), strict=True)
-        )
+        return "; ".join(f"{line.name}: {part.identify()}" for line, part in self._parts())
 
     def home(self) -> None:
         """Home the stages and make the settings of the other two."""
@@ -78,13 +78,13 @@ class Instruments:
         lost = [line for line in self.lines if not line.is_open]
         for line in lost:
             self._reopen(line)
-        for line, part in zip(self.lines, (self.stages, self.spectrometer, self.reference), strict=True):
+        for line, part in self._parts():
             line.drain()
             part.identify()
         self.spectrometer.forget()
         self.configure_reference()
         needs_homing = (
-            isinstance(error, NotReferenced | Stalled | LimitReached)
+            isinstance(error, NotReferencedError | StalledError | LimitReachedError)
             or self.lines[0] in lost
             or any(stage.get_status().motion is not Motion.READY for stage in self.stages.stages)
         )

@@ -74,7 +74,7 @@ def measure(
     report, show : callable
         Told the points done and in all; told each event of the log.
     check : callable
-        Called between exchanges; raises `Stopped` to stop cleanly.
+        Called between exchanges; raises `StoppedError` to stop cleanly.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def measure(
         Files that cannot be used, before anything moves.
     InstrumentError
         An instrument that cannot be used; all rows so far are safe.
-    Stopped
+    StoppedError
         From `check`.
     """
     plan, rig = load_plan(plan_path), load_rig(rig_path)
@@ -107,7 +107,8 @@ def measure(
             _discard(folder)
         folder.mkdir(exist_ok=True)
         log = EventLog(log_path(folder), show)
-        log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {'resumed' if resume else 'new'}")
+        word = "resumed" if segments(folder) else "new"
+        log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
         _acquire(plan, rig, route, folder, log, report, check)
         raw = join(folder)
         save_calibrated(target, raw, calibrate(raw, chosen), chosen, overwrite)
@@ -126,7 +127,7 @@ def _finished(target: Path, plan: Plan, rig: Rig, folder: Path) -> Outcome:
     wanted = _header(plan, rig, None)
     for key in ("plan", "rig"):
         if raw.provenance.get(f"{key}_sha256") != wanted[f"{key}_fingerprint"]:
-            raise InputError(f"{target}: exists already and was measured with another {key}; choose another name")
+            raise InputError(f"{target}: exists and was measured with another {key}; choose another name")
     if folder.exists():
         _discard(folder)
     return _outcome(raw)

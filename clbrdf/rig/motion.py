@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from clbrdf.rig.errors import LimitReached, NotReferenced, Stalled
+from clbrdf.rig.errors import LimitReachedError, NotReferencedError, StalledError
 from clbrdf.rig.rigfile import AXES, StageSettings, StagesSettings
 from clbrdf.rig.roles import Motion, Stage, StageStatus
 from clbrdf.rig.transport import Line
@@ -30,7 +30,7 @@ class Stages:
     settings : StagesSettings
         From the rig file.
     check : callable
-        Called between exchanges; raises `Stopped` where the user wants to stop.
+        Called between exchanges; raises `StoppedError` where the user wants to stop.
     """
 
     line: Line
@@ -47,7 +47,7 @@ class Stages:
 
         Raises
         ------
-        NotReferenced
+        NotReferencedError
             A stage did not reach its home in time.
         """
         self.stages[0].stop()
@@ -62,7 +62,7 @@ class Stages:
                 idle = status.motion is not Motion.HOMING
                 if time.monotonic() > deadline or (idle and time.monotonic() > began + self.line.patience):
                     self.line.fault("not referenced", f"{name} did not home: {_words(status)}")
-                    raise NotReferenced(f"{self.line.name}: {name} does not home ({_words(status)})")
+                    raise NotReferencedError(f"{self.line.name}: {name} does not home ({_words(status)})")
                 self._wait()
             settings = self._of(name)
             stage.configure(settings.raw_limits, settings.velocity, settings.acceleration)
@@ -77,7 +77,7 @@ class Stages:
             stage.reset()
         while (status := stage.get_status()).motion is not Motion.NOT_REFERENCED:
             if time.monotonic() > deadline:
-                raise NotReferenced(f"{self.line.name}: {name} does not reset ({_words(status)})")
+                raise NotReferencedError(f"{self.line.name}: {name} does not reset ({_words(status)})")
             self._wait()
 
     def move(self, targets: Sequence[float]) -> tuple[float, ...]:
@@ -85,9 +85,9 @@ class Stages:
 
         Raises
         ------
-        LimitReached
+        LimitReachedError
             A limit switch was hit; everything has been stopped.
-        NotReferenced, Stalled
+        NotReferencedError, StalledError
             A stage lost its reference, stopped on its way, or took too long.
         """
         for _ in range(3):
@@ -106,7 +106,7 @@ class Stages:
                 while self._checked(name, stage).motion is not Motion.READY:
                     if time.monotonic() > deadline:
                         self.line.fault("stall", f"{name} takes longer than {MARGIN * allowed + 1.0:.3g} s")
-                        raise Stalled(f"{self.line.name}: {name} did not arrive in time")
+                        raise StalledError(f"{self.line.name}: {name} did not arrive in time")
                     self._wait()
             positions = self.positions()
             off = max(abs(p - t) for p, t in zip(positions, targets, strict=True))
@@ -114,7 +114,9 @@ class Stages:
                 return positions
             # The command was damaged on its way: an absolute move may be sent again.
             self.line.fault("wrong position", f"at {_degrees(positions)}, sent to {_degrees(targets)}")
-        raise Stalled(f"{self.line.name}: the stages stop at {_degrees(positions)}, not {_degrees(targets)}")
+        raise StalledError(
+            f"{self.line.name}: the stages stop at {_degrees(positions)}, not {_degrees(targets)}"
+        )
 
     def positions(self) -> tuple[float, ...]:
         """Measure the rig angles (lamp, turn, pitch) in degrees, each read twice with the same result."""
@@ -122,11 +124,11 @@ class Stages:
         return tuple(self._of(name).from_raw(stage.get_position()) for name, stage in pairs)
 
     def check_ready(self) -> None:
-        """Raise NotReferenced, Stalled or LimitReached where a stage does not stand ready."""
+        """Raise NotReferencedError, StalledError or LimitReachedError where a stage does not stand ready."""
         for name, stage in zip(AXES, self.stages, strict=True):
             if self._checked(name, stage).motion is not Motion.READY:
                 self.line.fault("stall", f"{name} moved during the measurement")
-                raise Stalled(f"{self.line.name}: {name} is not at rest")
+                raise StalledError(f"{self.line.name}: {name} is not at rest")
 
     def stop(self) -> None:
         """Stop all stages."""
@@ -137,14 +139,14 @@ class Stages:
         if status.limit:
             self.stop()
             self.line.fault("limit switch", f"{name}: {_words(status)}")
-            raise LimitReached(f"{self.line.name}: {name} ran into a limit switch ({_words(status)})")
+            raise LimitReachedError(f"{self.line.name}: {name} ran into a limit switch ({_words(status)})")
         if status.motion in (Motion.NOT_REFERENCED, Motion.HOMING, Motion.CONFIGURATION):
             self.line.fault("homing lost", f"{name}: {_words(status)}")
-            raise NotReferenced(f"{self.line.name}: {name} has lost its reference ({_words(status)})")
+            raise NotReferencedError(f"{self.line.name}: {name} has lost its reference ({_words(status)})")
         if status.stalled or status.motion is Motion.DISABLED:
             self.stop()
             self.line.fault("stall", f"{name}: {_words(status)}")
-            raise Stalled(f"{self.line.name}: {name} stopped on its way ({_words(status)})")
+            raise StalledError(f"{self.line.name}: {name} stopped on its way ({_words(status)})")
         return status
 
     def _of(self, name: str) -> StageSettings:

@@ -18,7 +18,7 @@ MOST_POINTS = 1_000_000
 
 
 def _angles(value: Any) -> Any:
-    """A number, a list of numbers, or {start, stop, step} with both ends included."""
+    """Read a number, a list of numbers, or {start, stop, step} with both ends included."""
     if isinstance(value, Mapping):
         if set(value) != {"start", "stop", "step"}:
             raise ValueError("a range has the keys start, stop and step")
@@ -122,12 +122,12 @@ class Plan(Settings):
             off = [phi for phi in self.azimuths() if phi not in (0.0, 180.0)]
             if off:
                 raise ValueError(
-                    f"phi_r - phi_i = {off[0]:g}° is out of plane; give 0 or 180, or region = \"hemispherical\""
+                    f'phi_r - phi_i = {off[0]:g}° is out of plane; give 0 or 180, or region = "hemispherical"'
                 )
         return self
 
     def azimuths(self) -> list[float]:
-        """The distinct φ = φr − φi, degrees, [0, 360), in the order of the plan."""
+        """Return the distinct φ = φr − φi, degrees, [0, 360), in the order of the plan."""
         phi_i = self.phi_i if self.phi_i is not None else (0.0,)
         if self.phi_r is not None:
             phi_r: tuple[float, ...] = self.phi_r
@@ -137,7 +137,7 @@ class Plan(Settings):
         return list(dict.fromkeys(round((r - i) % 360.0, 9) % 360.0 for i, r in product(phi_i, phi_r)))
 
     def directions(self) -> Directions:
-        """Every distinct direction of the plan, in its order, without repeats.
+        """Return every distinct direction of the plan, in its order, without repeats.
 
         Raises
         ------

@@ -71,15 +71,15 @@ class StageSettings(Settings):
         return ends[0], ends[1]
 
     def to_raw(self, angle: float) -> float:
-        """Controller's position for a rig angle, rounded to the 0.0001° that travel on the line."""
+        """Return the controller's position for a rig angle, to the 0.0001° that travel on the line."""
         return round(self.zero + self.sign * angle, 4)
 
     def from_raw(self, position: float) -> float:
-        """Rig angle for a controller's position."""
+        """Return the rig angle for a controller's position."""
         return round(self.sign * (position - self.zero), 4)
 
     def travel_time(self, distance: float) -> float:
-        """Seconds for a move of `distance` degrees with a trapezoidal velocity profile."""
+        """Return the seconds for a move of `distance` degrees with a trapezoidal velocity profile."""
         ramp = self.velocity**2 / self.acceleration
         if distance < ramp:
             return float(2.0 * (distance / self.acceleration) ** 0.5)
@@ -227,7 +227,8 @@ class Rig(Settings):
             low, high = getattr(self.stages, name).limits
             if not low <= angle <= high:
                 raise ValueError(
-                    f"geometry.direct puts {name} at {angle:g}°, outside stages.{name}.limits [{low:g}, {high:g}]"
+                    f"geometry.direct puts {name} at {angle:g}°,"
+                    f" outside stages.{name}.limits [{low:g}, {high:g}]"
                 )
         ports = [self.stages.port, self.spectrometer.port, self.reference.port]
         if len(set(ports)) < len(ports):
@@ -237,7 +238,7 @@ class Rig(Settings):
     def fingerprint(self) -> str:
         """Everything a measurement depends on, as text; ports and the emulator may change on resume."""
         connection = {"port", "baud", "patience", "poll"}
-        parts = {name: connection for name in ("stages", "spectrometer", "reference")}
+        parts = dict.fromkeys(("stages", "spectrometer", "reference"), connection)
         return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
 
 

@@ -146,7 +146,7 @@ def _travel_times(distances: Array, stages: list[StageSettings]) -> Array:
                 distance / stage.velocity + stage.velocity / stage.acceleration,
             )
         )
-    return np.max(times, axis=0)
+    return np.asarray(np.max(times, axis=0))
 
 
 def _duration(axes: Array, stages: list[StageSettings], plan: Plan, rig: Rig) -> float:

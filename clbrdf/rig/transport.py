@@ -18,7 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from clbrdf.rig.errors import BadReply, InstrumentError, LineFault, NoReply, Unplugged
+from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, UnpluggedError
 from clbrdf.rig.eventlog import EventLog
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Line:
 
     Raises
     ------
-    Unplugged
+    UnpluggedError
         By every method: the port is gone.
     """
 
@@ -122,7 +122,9 @@ class Line:
         """Throw away what arrived unasked, then write a request."""
         stale = self._receive_now()
         if stale or self._buffer:
-            self.fault("stale bytes", f"thrown away before a request: {bytes(self._buffer[:40] + stale[:40])!r}")
+            self.fault(
+                "stale bytes", f"thrown away before a request: {bytes(self._buffer[:40] + stale[:40])!r}"
+            )
             self.drain()
         try:
             self._require().write(request)
@@ -134,7 +136,7 @@ class Line:
 
         Raises
         ------
-        NoReply
+        NoReplyError
             Nothing came before the deadline.
         """
         while True:
@@ -142,27 +144,31 @@ class Line:
             if data:
                 return data
             if time.monotonic() > deadline:
-                raise NoReply(f"{self.name}: no reply on {self.port} before the deadline")
+                raise NoReplyError(f"{self.name}: no reply on {self.port} before the deadline")
 
     def read_until(self, end: bytes, deadline: float, most: int = 256) -> bytes:
         """Return the bytes up to and without `end`.
 
         Raises
         ------
-        NoReply
+        NoReplyError
             `end` did not come before the deadline.
-        BadReply
+        BadReplyError
             More than `most` bytes came without it.
         """
         while (place := self._buffer.find(end)) < 0:
             if len(self._buffer) > most:
-                raise BadReply(f"{self.name}: {len(self._buffer)} bytes on {self.port} without an end of line")
+                raise BadReplyError(
+                    f"{self.name}: {len(self._buffer)} bytes on {self.port} without an end of line"
+                )
             try:
                 self._buffer += self.receive(deadline)
-            except NoReply as error:
+            except NoReplyError as error:
                 if not self._buffer:
                     raise
-                raise NoReply(f"{self.name}: short reply {bytes(self._buffer[:40])!r} on {self.port}") from error
+                raise NoReplyError(
+                    f"{self.name}: short reply {bytes(self._buffer[:40])!r} on {self.port}"
+                ) from error
         found = bytes(self._buffer[:place])
         del self._buffer[: place + len(end)]
         return found
@@ -173,7 +179,9 @@ class Line:
         self._buffer.clear()
         quiet = max(QUIET, self.wire_time(10))
         end = time.monotonic() + quiet
-        latest = time.monotonic() + 1.0 + self.patience  # a line that babbles for ever is reported by the next read
+        latest = (
+            time.monotonic() + 1.0 + self.patience
+        )  # a line that babbles for ever is reported by the next read
         while (now := time.monotonic()) < end and now < latest:
             data = self._receive_now()
             if data:
@@ -198,12 +206,12 @@ class Line:
 
     def _require(self) -> serial.Serial:
         if self._serial is None:
-            raise Unplugged(f"{self.name}: port {self.port} is closed")
+            raise UnpluggedError(f"{self.name}: port {self.port} is closed")
         return self._serial
 
-    def _unplugged(self, error: OSError) -> Unplugged:
+    def _unplugged(self, error: OSError) -> UnpluggedError:
         self.close()
-        return Unplugged(f"{self.name}: lost {self.port} ({error}); plug it in again")
+        return UnpluggedError(f"{self.name}: lost {self.port} ({error}); plug it in again")
 
 
 def repeated(line: Line, what: str, exchange: Callable[[], T], resynchronise: Callable[[], None]) -> T:
@@ -211,20 +219,20 @@ def repeated(line: Line, what: str, exchange: Callable[[], T], resynchronise: Ca
 
     Raises
     ------
-    LineFault
+    LineError
         It failed `TRIES` times; the last failure.
     """
     for attempt in range(1, TRIES + 1):
         try:
             return exchange()
-        except LineFault as error:
+        except LineError as error:
             line.fault(_kind(error), f"{what}: {error} (try {attempt} of {TRIES})")
             if attempt == TRIES:
                 raise
-            with suppress(LineFault):
+            with suppress(LineError):
                 resynchronise()
     raise AssertionError("unreachable")
 
 
-def _kind(error: LineFault) -> str:
-    return "no reply" if isinstance(error, NoReply) else "bad reply"
+def _kind(error: LineError) -> str:
+    return "no reply" if isinstance(error, NoReplyError) else "bad reply"

@@ -38,7 +38,7 @@ def linearised(net: Array, coefficients: Array) -> tuple[Array, Array]:
 
 
 def angle_sigma(scan: Scan, axes: Array, sigma: float) -> Array:
-    """Standard uncertainty (N, W), 1/sr, from an uncertainty of each axis, degrees.
+    """Return the standard uncertainty (N, W), 1/sr, from an uncertainty of each axis, degrees.
 
     √Σ_axis (σ Σ_k ∂f/∂angle_k · ∂angle_k/∂axis)² with the angles θi, θr, φ: slopes from neighbouring
     points of the scan, derivatives of the angles from the kinematics.

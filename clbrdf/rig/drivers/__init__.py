@@ -15,7 +15,7 @@ from clbrdf.errors import InputError
 def driver_names(role: str) -> tuple[str, ...]:
     """Names of the drivers for a role: "stages", "spectrometer" or "reference"."""
     names = sorted(m.name for m in pkgutil.iter_modules(__path__) if not m.name.endswith("_message"))
-    return tuple(name for name in names if _module(name).ROLE == role)
+    return tuple(name for name in names if role == _module(name).ROLE)
 
 
 def get_driver(role: str, name: str) -> Any:

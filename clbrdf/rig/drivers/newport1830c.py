@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from statistics import median
 
-from clbrdf.rig.errors import BadReply, InstrumentError, LineFault, OutOfBand
+from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, OutOfBandError
 from clbrdf.rig.transport import Line, repeated
 
 ROLE = "reference"
@@ -49,7 +49,7 @@ class Newport1830C:
             self._tell("E0")
             self.line.drain()  # the echo of E0 itself
             return self._ask("U?", r"[1-4]")
-        except LineFault as error:
+        except LineError as error:
             raise InstrumentError(
                 f"{self.line.name}: no 1830-C answers on {self.line.port};"
                 " check the port and the baud rate in the rig file"
@@ -69,9 +69,9 @@ class Newport1830C:
 
         Raises
         ------
-        OutOfBand
+        OutOfBandError
             The detector is saturated or over range, or the units cannot be kept at watts.
-        LineFault
+        LineError
             No valid reading in several tries.
         """
         for _ in range(4):
@@ -88,13 +88,13 @@ class Newport1830C:
                 self.line.fault("command error", f"status {status}")
                 self._tell("CS")
             elif status & (SATURATED | OVER_RANGE):
-                raise OutOfBand(f"{self.line.name}: the reference detector is saturated (status {status})")
+                raise OutOfBandError(f"{self.line.name}: the reference detector is saturated ({status})")
             elif median(readings) < 0.0:
                 self.line.fault("bad reply", f"negative power among {readings}")
             elif self.line.faults == faults:
                 self._log_outliers(readings)
                 return median(readings)
-        raise OutOfBand(f"{self.line.name}: no steady reading of the reference power in four tries")
+        raise OutOfBandError(f"{self.line.name}: no steady reading of the reference power in four tries")
 
     def _log_outliers(self, readings: list[float]) -> None:
         middle = median(readings)
@@ -125,7 +125,7 @@ class Newport1830C:
             deadline = self.line.deadline(len(query) + MOST_BYTES, DEVICE_TIME)
             reply = self.line.read_until(END, deadline).decode("latin-1").strip(" \r")
             if wanted.fullmatch(reply) is None:
-                raise BadReply(f"{self.line.name}: {reply[:40]!r} does not answer {query}")
+                raise BadReplyError(f"{self.line.name}: {reply[:40]!r} does not answer {query}")
             return reply
 
         return repeated(self.line, query, exchange, self._resynchronise)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.rig.drivers import obp_message as obp
-from clbrdf.rig.errors import BadReply, InstrumentError, LineFault, NoReply, Refused
+from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, RefusedError
 from clbrdf.rig.transport import Line, repeated
 
 ROLE = "spectrometer"
@@ -53,7 +53,7 @@ class ObpSpectrometer:
         self._buffer.clear()
         try:
             return self._ask(obp.GET_SERIAL_NUMBER, "serial number").rstrip(b"\0").decode("ascii", "replace")
-        except LineFault as error:
+        except LineError as error:
             raise InstrumentError(
                 f"{self.line.name}: no OBP spectrometer answers on {self.line.port};"
                 " check the port and the baud rate in the rig file"
@@ -91,9 +91,9 @@ class ObpSpectrometer:
 
         Raises
         ------
-        LineFault
+        LineError
             No valid spectrum in several tries.
-        Refused
+        RefusedError
             The instrument reports an error, a reset among them.
         """
         assert self._time is not None, "set_integration_time comes first"
@@ -110,7 +110,9 @@ class ObpSpectrometer:
             counts = self._spectrum()
             if self._faults == self.line.faults:
                 return counts
-        raise NoReply(f"{self.line.name}: no spectrum without a fault on the line in {MOST_SPECTRA} tries")
+        raise NoReplyError(
+            f"{self.line.name}: no spectrum without a fault on the line in {MOST_SPECTRA} tries"
+        )
 
     def forget(self) -> None:
         """Forget what is known of the instrument: it was unplugged or reset."""
@@ -129,18 +131,20 @@ class ObpSpectrometer:
         data = self._ask(obp.GET_RAW_SPECTRUM, "spectrum", reply=2 * self.pixels, device_time=time)
         counts = np.frombuffer(data, dtype="<u2")
         if counts.shape != (self.pixels,) or counts.max() > self.full_scale:
-            raise Refused(f"{self.line.name}: a spectrum of {counts.size} pixels up to {counts.max(initial=0)}")
+            raise RefusedError(
+                f"{self.line.name}: a spectrum of {counts.size} pixels up to {counts.max(initial=0)}"
+            )
         return counts.astype(np.uint16)
 
     def _coefficients(self, count_kind: int, kind: int) -> npt.NDArray[np.float64]:
         count = self._ask(count_kind, "coefficient count")
         if len(count) != 1:
-            raise Refused(f"{self.line.name}: coefficient count of {len(count)} bytes")
+            raise RefusedError(f"{self.line.name}: coefficient count of {len(count)} bytes")
         values = []
         for k in range(count[0]):
             data = self._ask(kind, f"coefficient {k}", bytes([k]))
             if len(data) != 4:
-                raise Refused(f"{self.line.name}: coefficient {k} of {len(data)} bytes")
+                raise RefusedError(f"{self.line.name}: coefficient {k} of {len(data)} bytes")
             values.append(struct.unpack("<f", data)[0])
         return np.array(values, dtype=np.float64)
 
@@ -162,9 +166,7 @@ class ObpSpectrometer:
                 self.line.fault("stale bytes", f"{len(self._buffer)} bytes thrown away before a request")
                 self._buffer.clear()
             self.line.send(request)
-            answer = self._read(
-                kind, self.line.deadline(2 * len(request) + reply, DEVICE_TIME + device_time)
-            )
+            answer = self._read(kind, self.line.deadline(2 * len(request) + reply, DEVICE_TIME + device_time))
             return answer.data
 
         def resynchronise() -> None:
@@ -181,7 +183,7 @@ class ObpSpectrometer:
             if found.garbage:
                 self.line.fault("garbage", f"{len(found.garbage)} bytes skipped: {found.garbage[:20]!r}")
             if found.bad_checksum is not None:
-                raise BadReply(f"{self.line.name}: MD5 of a reply does not match")
+                raise BadReplyError(f"{self.line.name}: MD5 of a reply does not match")
             if found.message is None:
                 self._fill(deadline)
             elif found.message.regarding != self._regarding or found.message.kind != kind:
@@ -192,20 +194,20 @@ class ObpSpectrometer:
     def _fill(self, deadline: float) -> None:
         try:
             self._buffer += self.line.receive(deadline)
-        except NoReply as error:
+        except NoReplyError as error:
             if not self._buffer:
                 raise
-            raise NoReply(f"{self.line.name}: short reply of {len(self._buffer)} bytes") from error
+            raise NoReplyError(f"{self.line.name}: short reply of {len(self._buffer)} bytes") from error
 
     def _checked(self, message: obp.Message) -> obp.Message:
         if message.error == obp.ERROR_RESET:
             self.line.fault("reset", "the spectrometer has been reset")
-            raise Refused(f"{self.line.name}: the spectrometer has been reset")
+            raise RefusedError(f"{self.line.name}: the spectrometer has been reset")
         if message.error in (3, 1, 4, 5):  # the request was damaged on its way: as good as unheard
-            raise BadReply(f"{self.line.name}: request refused, error {obp.ERRORS[message.error]}")
+            raise BadReplyError(f"{self.line.name}: request refused, error {obp.ERRORS[message.error]}")
         if message.error or message.flags & (obp.NACK | obp.HARDWARE_EXCEPTION):
             text = obp.ERRORS.get(message.error, f"code {message.error}")
-            raise Refused(f"{self.line.name}: the spectrometer reports an error: {text}")
+            raise RefusedError(f"{self.line.name}: the spectrometer reports an error: {text}")
         return message
 
 

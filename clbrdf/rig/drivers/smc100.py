@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 
-from clbrdf.rig.errors import BadReply, InstrumentError, LineFault, Refused
+from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
 from clbrdf.rig.transport import Line, repeated
 
@@ -92,7 +92,7 @@ class Smc100Stage:
             self.get_status()
             self._firmware = self._agreed("VE", r"[ -~]+")
             return self._firmware.strip()
-        except LineFault as error:
+        except LineError as error:
             raise InstrumentError(
                 f"{self.line.name}: no SMC100 answers at address {self.address} on {self.line.port};"
                 " check port, baud rate and address in the rig file"
@@ -103,7 +103,9 @@ class Smc100Stage:
         word = int(self._ask("TS", r"[0-9A-Fa-f]{6}"), 16)
         bits, state = word >> 8, word & 0xFF
         if state not in STATES:
-            raise Refused(f"{self.line.name}: address {self.address} reports the unknown state {state:02X}")
+            raise RefusedError(
+                f"{self.line.name}: address {self.address} reports the unknown state {state:02X}"
+            )
         return StageStatus(
             STATES[state],
             limit=bool(bits & LIMIT_BITS),
@@ -124,7 +126,7 @@ class Smc100Stage:
 
         Raises
         ------
-        Refused
+        RefusedError
             The controller does not accept the move.
         """
         self._set("PA", _decimal(target))
@@ -151,7 +153,7 @@ class Smc100Stage:
 
         Raises
         ------
-        Refused
+        RefusedError
             A value was not taken.
         """
         for code, value in (("SL", limits[0]), ("SR", limits[1]), ("VA", velocity), ("AC", acceleration)):
@@ -162,7 +164,7 @@ class Smc100Stage:
                     break
                 self.line.fault("setting disagrees", f"{self.address}{code} is {found:g}, not {value:g}")
             else:
-                raise Refused(f"{self.line.name}: address {self.address} does not take {code}{value:g}")
+                raise RefusedError(f"{self.line.name}: address {self.address} does not take {code}{value:g}")
 
     def stop(self) -> None:
         """Stop every stage on the line (`ST`)."""
@@ -178,7 +180,7 @@ class Smc100Stage:
             self.line.fault("command error", f"{self.address}{code}{value}: {COMMAND_ERRORS[letter]}")
             if letter not in DAMAGED:
                 break
-        raise Refused(
+        raise RefusedError(
             f"{self.line.name}: address {self.address} refuses {code}{value}: {COMMAND_ERRORS[letter]}"
         )
 
@@ -186,7 +188,9 @@ class Smc100Stage:
         letter = self._command_error()
         if letter != "@":
             self.line.fault("command error", f"{self.address}{code}: {COMMAND_ERRORS[letter]}")
-            raise Refused(f"{self.line.name}: address {self.address} refuses {code}: {COMMAND_ERRORS[letter]}")
+            raise RefusedError(
+                f"{self.line.name}: address {self.address} refuses {code}: {COMMAND_ERRORS[letter]}"
+            )
 
     def _command_error(self) -> str:
         letter = self._ask("TE", r"[@A-Z]")
@@ -210,7 +214,7 @@ class Smc100Stage:
                 return again
             self.line.fault("reading disagrees", f"{self.address}{code}{value}: {before}, then {again}")
             before = again
-        raise BadReply(f"{self.line.name}: no two answers to {self.address}{code}{value} agree")
+        raise BadReplyError(f"{self.line.name}: no two answers to {self.address}{code}{value} agree")
 
     def _ask(self, code: str, pattern: str, value: str = "") -> str:
         """Send a query and return the value of its reply, read strictly."""
@@ -223,7 +227,7 @@ class Smc100Stage:
             reply = self.line.read_until(END, deadline)
             match = wanted.fullmatch(reply.decode("latin-1"))
             if match is None:
-                raise BadReply(f"{self.line.name}: {reply[:40]!r} does not answer {self.address}{code}")
+                raise BadReplyError(f"{self.line.name}: {reply[:40]!r} does not answer {self.address}{code}")
             return match[1]
 
         return repeated(self.line, f"{self.address}{code}", exchange, self._resynchronise)

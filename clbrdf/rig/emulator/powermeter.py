@@ -42,7 +42,7 @@ class EmulatedPowerMeter:
         return line
 
     def text(self, request: bytes) -> str:
-        """The line without its end."""
+        """Return the line without its end."""
         return request.decode("latin-1").strip()
 
     def answer(self, request: bytes) -> bytes:
@@ -94,7 +94,7 @@ class EmulatedPowerMeter:
         return b""
 
     def happens(self, fault: str, request: bytes) -> bool:
-        """Both faults show in a reading."""
+        """Let it happen at a reading, where both show."""
         if self.text(request) != "D?" or self.echo:
             return False
         if fault == "front_panel":

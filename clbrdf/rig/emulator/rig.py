@@ -7,7 +7,7 @@ from types import TracebackType
 
 from clbrdf.errors import InputError
 from clbrdf.rig.emulator.faults import Injector
-from clbrdf.rig.emulator.instrument import Instrument
+from clbrdf.rig.emulator.instrument import Device, Instrument
 from clbrdf.rig.emulator.port import PseudoTerminal
 from clbrdf.rig.emulator.powermeter import EmulatedPowerMeter
 from clbrdf.rig.emulator.settings import EmulatorSettings
@@ -46,7 +46,7 @@ class EmulatedRig:
         self.world = World(rig, settings, clock)
         stages = EmulatedStages(rig.stages, clock, settings.effects.angle_noise, settings.seed)
         self.world.axes = stages.true_angles
-        self.devices = {
+        self.devices: dict[str, Device] = {
             "stages": stages,
             "spectrometer": EmulatedSpectrometer(self.world),
             "reference": EmulatedPowerMeter(self.world),

@@ -40,7 +40,7 @@ class EffectSettings(Settings):
     reference_noise: Annotated[float, Field(ge=0.0, lt=0.3)] = 0.0
     lamp_drift: Annotated[float, Field(gt=-1.0, lt=1.0)] = 0.0
     dark_drift: Annotated[float, Field(gt=-1.0, lt=10.0)] = 0.0
-    nonlinearity: list[float] = []
+    nonlinearity: tuple[float, ...] = ()
     stray_light: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     angle_noise: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
 
@@ -75,7 +75,7 @@ class EmulatorSettings(Settings):
     """
 
     model: str = DEFAULT_MODEL
-    parameters: dict[str, Spectral] = {}
+    parameters: dict[str, Spectral] = Field(default_factory=dict)
     scan: str = ""
     direct_rate: Annotated[float, Field(gt=0.0)] = 1.0e8
     lamp_temperature: Annotated[float, Field(ge=1000.0, le=20000.0)] = 3000.0
@@ -85,7 +85,7 @@ class EmulatorSettings(Settings):
     time_factor: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
     seed: Annotated[int, Field(ge=0)] = 0
     fault_rate: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
-    faults: list[str] = []
+    faults: tuple[str, ...] = ()
     effects: EffectSettings = EffectSettings()
 
     @model_validator(mode="after")
@@ -96,7 +96,7 @@ class EmulatorSettings(Settings):
             get_model(self.model).check_names(self.parameters)
         except InputError as error:
             raise ValueError(str(error)) from error
-        check_names(self.faults)
+        check_names(list(self.faults))
         for name, value in self.parameters.items():
             if isinstance(value, list):
                 places = [wavelength for wavelength, _ in value]

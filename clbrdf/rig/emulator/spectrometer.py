@@ -43,7 +43,7 @@ class EmulatedSpectrometer:
         return None if message is None else data[len(found.garbage) :]
 
     def text(self, request: bytes) -> str:
-        """The message type in hexadecimal."""
+        """Return the message type in hexadecimal."""
         return f"{struct.unpack_from('<I', request, 8)[0]:08X}" if len(request) >= 12 else ""
 
     def answer(self, request: bytes) -> bytes:
@@ -134,7 +134,7 @@ class EmulatedSpectrometer:
         return b""
 
     def happens(self, fault: str, request: bytes) -> bool:
-        """A flash shows in a spectrum with the shutter open that is not the first after a change."""
+        """Flash where it shows: in a spectrum with the shutter open that is not the first after a change."""
         shows = (
             self.text(request) == f"{obp.GET_RAW_SPECTRUM:08X}"
             and self.seconds_before is None

@@ -88,7 +88,7 @@ class Axis:
             self.errors |= bits
 
     def position(self, now: float) -> float:
-        """The encoder's position, degrees."""
+        """Return the encoder's position, degrees."""
         return self.place if self.move is None else self.move.position(now)
 
 
@@ -132,7 +132,7 @@ class EmulatedStages:
         return line
 
     def text(self, request: bytes) -> str:
-        """The line without its end."""
+        """Return the line without its end."""
         return request.decode("latin-1").strip()
 
     def answer(self, request: bytes) -> bytes:
@@ -268,7 +268,7 @@ class EmulatedStages:
         return b"\0\0\0"
 
     def happens(self, fault: str, request: bytes) -> bool:
-        """Stalls and limits wait for a move; a homing is lost at once."""
+        """Let stalls and limits wait for a move; lose a homing at once."""
         if fault == "homing_lost":
             axis = list(self.axes.values())[int(self._random.integers(len(self.axes)))]
             if axis.state not in READY:

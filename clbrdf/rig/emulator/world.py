@@ -73,7 +73,7 @@ class World:
         self._random = np.random.default_rng([settings.seed, 77])
         pixel = np.arange(ObpSpectrometer.pixels, dtype=np.float64)
         coefficients = np.array(WAVELENGTH_COEFFICIENTS, dtype="<f4").astype(np.float64)
-        self.wavelength = np.polynomial.polynomial.polyval(pixel, coefficients)
+        self.wavelength: Array = np.asarray(np.polynomial.polynomial.polyval(pixel, coefficients))
         self._direct = settings.direct_rate * _spectrum_of(self.wavelength, settings.lamp_temperature)
         self._surface = _surface(settings, self.wavelength)
         self._seen: tuple[tuple[float, ...], Array] | None = None
@@ -94,7 +94,7 @@ class World:
         return power
 
     def rate(self) -> Array:
-        """Counts per second and pixel that the open shutter lets through, before any effect."""
+        """Return the counts per second and pixel that the open shutter lets through, before any effect."""
         axes = self.axes()
         if self._seen is None or self._seen[0] != axes:
             self._seen = (axes, self._direct * self._share(axes))
@@ -143,8 +143,8 @@ def _spectrum_of(wavelength: Array, temperature: float) -> Array:
     return np.asarray(product / product.max())
 
 
-def _nonlinear(net: Array, coefficients: list[float]) -> Array:
-    """Counts x with x / p(x) = net: what the detector shows. Fixed-point iteration, p is near 1."""
+def _nonlinear(net: Array, coefficients: tuple[float, ...]) -> Array:
+    """Return counts x with x / p(x) = net: what the detector shows. Fixed-point iteration, p is near 1."""
     shown = net.copy()
     limited = ObpSpectrometer.full_scale
     for _ in range(60):
@@ -179,7 +179,7 @@ def _model_surface(
 
 
 def _scan_surface(scan: Scan, wavelength: Array) -> Callable[[Directions], Array]:
-    """The nearest measured direction, straight lines between wavelengths; masked values count as 0."""
+    """Return the nearest measured direction, straight lines between wavelengths; masked values count as 0."""
     values = np.where(scan.mask, 0.0, scan.brdf)
 
     def brdf(directions: Directions) -> Array:
@@ -189,6 +189,6 @@ def _scan_surface(scan: Scan, wavelength: Array) -> Callable[[Directions], Array
             + (scan.theta_r - directions.theta_r[0]) ** 2
             + 2.0 * scan.theta_r * directions.theta_r[0] * (1.0 - np.cos(turn))
         )
-        return np.interp(wavelength, scan.wavelength, values[int(np.argmin(distance))])
+        return np.asarray(np.interp(wavelength, scan.wavelength, values[int(np.argmin(distance))]))
 
     return brdf
