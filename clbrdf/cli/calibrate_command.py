@@ -61,7 +61,7 @@ def command(
         ["masked values", f"{int(result.mask.sum())}"],
         ["median uncertainty (%)", number(float(np.nanmedian(relative)) * 100.0, 3)],
     ]
-    print_table(f"{target}: calibrated by (2)", ("", ""), rows)
+    print_table(f"{target}: calibrated by (2)", ("quantity", "value"), rows)
 
 
 def _with_grid(raw: RawScan, text: str) -> RawScan:

@@ -94,7 +94,7 @@ def command(
         ["skipped at limit switches", f"{outcome.skipped}"],
         ["lines in the log", f"{outcome.events}"],
     ]
-    print_table(f"{output}: measured", ("", ""), rows)
+    print_table(f"{output}: measured", ("quantity", "value"), rows)
     return 0
 
 
@@ -123,7 +123,7 @@ def _print_route(path: Path, plan: Plan, rig: Rig) -> None:
         ["wavelengths", _wavelengths(plan)],
         ["estimated time", _duration(route)],
     ]
-    print_table(f"{path}: dry run, nothing moves", ("", ""), rows)
+    print_table(f"{path}: dry run, nothing moves", ("quantity", "value"), rows)
 
 
 def _wavelengths(plan: Plan) -> str:

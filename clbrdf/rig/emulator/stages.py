@@ -269,6 +269,8 @@ class EmulatedStages:
 
     def happens(self, fault: str, request: bytes) -> bool:
         """Let stalls and limits wait for a move; lose a homing at once."""
+        for each in self.axes.values():
+            each.update(self.clock.now())
         if fault == "homing_lost":
             axis = list(self.axes.values())[int(self._random.integers(len(self.axes)))]
             if axis.state not in READY:
