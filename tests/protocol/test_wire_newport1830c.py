@@ -79,7 +79,11 @@ def test_saturated_or_over_range(status):
 
 def test_command_error_clears_the_status_and_repeats():
     with Dialogue(
-        *CONFIGURE, *reading(*[b"1E-3"] * 3, status=b"130"), (b"CS\n", b""), *CONFIGURE, *reading(*[b"2E-3"] * 3)
+        *CONFIGURE,
+        *reading(*[b"1E-3"] * 3, status=b"130"),
+        (b"CS\n", b""),
+        *CONFIGURE,
+        *reading(*[b"2E-3"] * 3),
     ) as peer:
         assert configured(peer).measure_power() == 2e-3
 

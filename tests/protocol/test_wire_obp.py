@@ -29,8 +29,7 @@ def settings(first, microseconds, shutter=0):
 def test_a_whole_frame_in_hexadecimal():
     """Get serial number, regarding 1, version 0x1100, MD5 taken with md5sum(1)."""
     header = bytes.fromhex(
-        "c1c0 0011 0000 0000 00010000 01000000 000000000000 01 00"
-        "00000000000000000000000000000000 14000000"
+        "c1c0 0011 0000 0000 00010000 01000000 000000000000 01 0000000000000000000000000000000000 14000000"
     )
     data = obp.Message(obp.GET_SERIAL_NUMBER, 1).encode()
     assert data[:44] == header
@@ -154,7 +153,9 @@ messages = st.builds(
 
 @given(messages)
 def test_codec_agrees_with_the_table(fields):
-    written = frame(fields["kind"], fields["regarding"], fields["data"], flags=fields["flags"], error=fields["error"])
+    written = frame(
+        fields["kind"], fields["regarding"], fields["data"], flags=fields["flags"], error=fields["error"]
+    )
     assert obp.Message(**fields).encode() == written
     found = obp.find_message(written)
     assert found.message == obp.Message(**fields)

@@ -153,7 +153,9 @@ def test_late_reply_does_not_shift_the_next_ones():
 
 
 def test_short_replies_end_in_an_error():
-    with Dialogue(*[step for _ in range(4) for step in ((b"1TP\r\n", b"1TP1"), (b"1VE\r\n", b"1VE 1\r\n"))]) as peer:
+    with Dialogue(
+        *[step for _ in range(4) for step in ((b"1TP\r\n", b"1TP1"), (b"1VE\r\n", b"1VE 1\r\n"))]
+    ) as peer:
         line = peer.line()
         with pytest.raises(NoReplyError, match="short reply"):
             Smc100Stage(line, 1).get_position()
@@ -162,7 +164,9 @@ def test_short_replies_end_in_an_error():
 
 
 def test_another_instrument_is_named():
-    with Dialogue(*[(b"1TS\r\n", b"what?\r\n"), (b"1VE\r\n", b"what?\r\n")] * 3, (b"1TS\r\n", b"?\r\n")) as peer:
+    with Dialogue(
+        *[(b"1TS\r\n", b"what?\r\n"), (b"1VE\r\n", b"what?\r\n")] * 3, (b"1TS\r\n", b"?\r\n")
+    ) as peer:
         with pytest.raises(InstrumentError, match="no SMC100 answers at address 1"):
             Smc100Stage(peer.line(), 1).identify()
 
