@@ -139,6 +139,20 @@ def resampling(wavelength: Array, grid: Array, step: float) -> Array:
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
+def resample(values: npt.NDArray[np.generic], weights: Array) -> Array:
+    """Return the weighted sums (n, W) over the pixels of values (n, P).
+
+    Row by row, without BLAS: its sums depend in the last bit on how many rows there are, and a scan that
+    was interrupted has to equal one that was not.
+    """
+    out = np.empty((len(values), len(weights)))
+    for place, row in enumerate(weights):
+        used = np.nonzero(row)[0]
+        part = slice(int(used[0]), int(used[-1]) + 1)
+        out[:, place] = np.sum(values[:, part] * row[part], axis=1)
+    return out
+
+
 def _angles(raw: RawScan, rows: npt.NDArray[np.intp], skipped: npt.NDArray[np.bool_]) -> list[Array]:
     """θi, φi, θr, φr from the axes read back; of skipped points as planned."""
     axes = np.asarray(raw.rows["axes"][rows], dtype=np.float64)
@@ -173,19 +187,19 @@ def _fill(
     safe = np.where(blind, 1.0, incident)
     factor = carried / (safe * raw.rig.geometry.solid_angle * cosine[:, None])
     values = np.where(blind, 0.0, signal * factor)
-    brdf[places] = values @ weights.T
-    parts["counting"][places] = np.sqrt((variance * factor**2) @ (weights**2).T)
+    brdf[places] = resample(values, weights)
+    parts["counting"][places] = np.sqrt(resample(variance * factor**2, weights**2))
     relative = incident_variance / safe**2
-    parts["incident power"][places] = np.sqrt((relative * values**2) @ (weights**2).T)
+    parts["incident power"][places] = np.sqrt(resample(relative * values**2, weights**2))
     if budget.points.stray_light:
         stray = budget.points.stray_light * signal.mean(axis=1, keepdims=True) * factor
-        parts["stray light"][places] = np.abs(stray @ weights.T)
+        parts["stray light"][places] = np.abs(resample(stray, weights))
     full = _full_scale(raw)
-    touched = (weights > 0.0).T.astype(np.float64)
+    touched = (weights > 0.0).astype(np.float64)
     counts = table["counts"]
     full_pixels = (counts[rows] >= full) | (counts[direct] >= full)
-    flags[places] |= np.where(full_pixels @ touched > 0.0, SATURATED_VALUE, np.uint32(0))
-    flags[places] |= np.where(blind @ touched > 0.0, NOT_MEASURED, np.uint32(0))
+    flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
+    flags[places] |= np.where(resample(blind, touched) > 0.0, NOT_MEASURED, np.uint32(0))
 
 
 def _full_scale(raw: RawScan) -> int:

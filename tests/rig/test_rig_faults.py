@@ -38,7 +38,11 @@ EXPECTED = {
     "front_panel": {"units changed", "bad reply"},
     "lamp_out": {"lamp out of band"},
 }
-POWER_CUT = {"stages": {"homing lost", "bad reply"}, "spectrometer": {"reset"}, "reference": {"bad reply"}}
+POWER_CUT = {
+    "stages": {"homing lost", "bad reply", "no reply", "command error"},
+    "spectrometer": {"reset"},
+    "reference": {"bad reply"},
+}
 
 
 @pytest.fixture(scope="module")
