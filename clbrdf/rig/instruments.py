@@ -129,7 +129,7 @@ def make_instruments(rig: Rig, log: EventLog, check: Callable[[], None]) -> Inst
         The file names a driver that does not exist.
     """
     lines = tuple(
-        Line(name, part.port, part.baud, part.patience, log)
+        Line(name, part.port, part.baud, part.patience, part.reply_time, log)
         for name, part in (
             ("stages", rig.stages),
             ("spectrometer", rig.spectrometer),

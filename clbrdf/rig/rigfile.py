@@ -21,11 +21,24 @@ Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 
 
 class PortSettings(Settings):
-    """A serial port: path (relative to the rig file), bits per second, margin on deadlines in s."""
+    """A serial port.
+
+    Attributes
+    ----------
+    port : str
+        Path, relative to the rig file.
+    baud : int
+        Bits per second.
+    patience : float
+        Margin on every deadline, s.
+    reply_time : float
+        Longest time the instrument takes to begin a reply, s.
+    """
 
     port: str
     baud: Annotated[int, Field(ge=300, le=4_000_000)]
     patience: Annotated[float, Field(gt=0.0, le=60.0)] = 0.3
+    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.02
 
 
 class StageSettings(Settings):
@@ -151,6 +164,7 @@ class ReferenceSettings(PortSettings):
 
     driver: str = "newport1830c"
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
+    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.5
     wavelength: Annotated[float, Field(ge=200.0, le=2000.0)] = 550.0
     noise: NotNegative = 0.001
     band: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.05
@@ -237,7 +251,7 @@ class Rig(Settings):
 
     def fingerprint(self) -> str:
         """Everything a measurement depends on, as text; ports and the emulator may change on resume."""
-        connection = {"port", "baud", "patience", "poll"}
+        connection = {"port", "baud", "patience", "reply_time", "poll"}
         parts = dict.fromkeys(("stages", "spectrometer", "reference"), connection)
         return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
 

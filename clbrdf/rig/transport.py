@@ -50,6 +50,8 @@ class Line:
         Bits per second.
     patience : float
         Margin on every deadline, s.
+    reply_time : float
+        Longest time the instrument takes to begin a reply, s.
     faults : int
         Exchanges that went wrong so far: an instrument whose count rose is configured afresh.
 
@@ -59,11 +61,14 @@ class Line:
         By every method: the port is gone.
     """
 
-    def __init__(self, name: str, port: str, baud: int, patience: float, log: EventLog) -> None:
+    def __init__(
+        self, name: str, port: str, baud: int, patience: float, reply_time: float, log: EventLog
+    ) -> None:
         self.name = name
         self.port = port
         self.baud = baud
         self.patience = patience
+        self.reply_time = reply_time
         self.log = log
         self.faults = 0
         self._serial: serial.Serial | None = None
@@ -115,8 +120,11 @@ class Line:
         return count * BITS_PER_BYTE / self.baud
 
     def deadline(self, count: int, device_time: float = 0.0) -> float:
-        """Monotonic time by which `count` bytes, out and in, and the instrument's work are over."""
-        return time.monotonic() + self.wire_time(count) + device_time + self.patience
+        """Monotonic time by which `count` bytes, out and in, and the instrument's work are over.
+
+        `device_time` is what the request takes beyond the usual reply time, s.
+        """
+        return time.monotonic() + self.wire_time(count) + self.reply_time + device_time + self.patience
 
     def send(self, request: bytes) -> None:
         """Throw away what arrived unasked, then write a request."""

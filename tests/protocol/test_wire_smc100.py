@@ -84,9 +84,12 @@ def test_damaged_move_is_sent_again():
 
 
 def test_move_not_allowed_is_refused_at_once():
-    with Dialogue((b"1PA5\r\n", b""), (b"1TE\r\n", b"1TEH\r\n")) as peer:
-        with pytest.raises(RefusedError, match="not allowed while not referenced"):
-            Smc100Stage(peer.line(), 1).start_move(5.0)
+    words = "not allowed while not referenced"
+    with (
+        Dialogue((b"1PA5\r\n", b""), (b"1TE\r\n", b"1TEH\r\n")) as peer,
+        pytest.raises(RefusedError, match=words),
+    ):
+        Smc100Stage(peer.line(), 1).start_move(5.0)
 
 
 def test_homing_is_sent_once():
@@ -164,11 +167,13 @@ def test_short_replies_end_in_an_error():
 
 
 def test_another_instrument_is_named():
-    with Dialogue(
-        *[(b"1TS\r\n", b"what?\r\n"), (b"1VE\r\n", b"what?\r\n")] * 3, (b"1TS\r\n", b"?\r\n")
-    ) as peer:
-        with pytest.raises(InstrumentError, match="no SMC100 answers at address 1"):
-            Smc100Stage(peer.line(), 1).identify()
+    with (
+        Dialogue(
+            *[(b"1TS\r\n", b"what?\r\n"), (b"1VE\r\n", b"what?\r\n")] * 3, (b"1TS\r\n", b"?\r\n")
+        ) as peer,
+        pytest.raises(InstrumentError, match="no SMC100 answers at address 1"),
+    ):
+        Smc100Stage(peer.line(), 1).identify()
 
 
 def test_positions_that_never_agree():

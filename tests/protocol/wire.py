@@ -48,7 +48,7 @@ class Dialogue(threading.Thread):
             assert rest == b""
 
     def line(self, name: str = "device", baud: int = 115200) -> Line:
-        line = Line(name, self.port, baud, PATIENCE, EventLog())
+        line = Line(name, self.port, baud, PATIENCE, 0.02, EventLog())
         line.open()
         return line
 

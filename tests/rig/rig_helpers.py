@@ -17,7 +17,7 @@ name = "test rig"
 [stages]
 port = "ports/stages"
 baud = 921600
-patience = 0.25
+patience = {patience}
 poll = 0.0002
 homing_time = 2.0
 reset_time = 0.3
@@ -27,14 +27,15 @@ pitch = {{ address = 3, limits = [-90, 90], velocity = 20, acceleration = 80 }}
 [spectrometer]
 port = "ports/spectrometer"
 baud = 921600
-patience = 0.25
+patience = {patience}
 electrons_per_count = 2.0
 read_noise = 3.0
 bias = 1500
 [reference]
 port = "ports/reference"
 baud = 921600
-patience = 0.25
+patience = {patience}
+reply_time = 0.05
 noise = {reference_noise}
 band = 0.05
 wait = 20
@@ -89,6 +90,7 @@ def write_rig(
     reference_noise: float = 0.0,
     keep_free: float = 0.0,
     attempts: int = 8,
+    patience: float = 0.25,
 ) -> Path:
     path = folder / "rig.toml"
     path.write_text(
@@ -100,6 +102,7 @@ def write_rig(
             reference_noise=reference_noise,
             keep_free=keep_free,
             attempts=attempts,
+            patience=patience,
         )
     )
     return path

@@ -123,26 +123,29 @@ def test_check_point_that_moved(tmp_path):
     """The sample is exchanged while the measurement is interrupted: --resume notices."""
     plan = write_plan(tmp_path, **PLAN)
 
-    class Enough(Exception):
+    class EnoughError(Exception):
         pass
 
     def stop(done, total):
         if done == 4:
-            raise Enough
+            raise EnoughError
 
     with emulation(tmp_path) as (rig_path, _, emulated):
-        with pytest.raises(Enough):
+        with pytest.raises(EnoughError):
             measure(plan, rig_path, tmp_path / "scan.h5", report=stop)
         emulated.world._direct = emulated.world._direct * 1.5
         emulated.world._seen = None
-        with pytest.raises(InstrumentError, match="check point 3 is 50.*% off"):
+        with pytest.raises(InstrumentError, match=r"check point 3 is 50.*% off"):
             measure(plan, rig_path, tmp_path / "scan.h5", resume=True)
 
 
 def test_disk_nearly_full(tmp_path):
-    with emulation(tmp_path, keep_free=1e12) as (rig_path, _, _):
-        with pytest.raises(InstrumentError, match="MB free, 1e\\+12 MB are to be kept"):
-            measure(write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5")
+    words = r"MB free, 1e\+12 MB are to be kept"
+    with (
+        emulation(tmp_path, keep_free=1e12) as (rig_path, _, _),
+        pytest.raises(InstrumentError, match=words),
+    ):
+        measure(write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5")
     assert not (tmp_path / "scan.h5").exists()
 
 
@@ -231,6 +234,6 @@ def test_wavelengths_beyond_the_spectrometer(tmp_path):
     plan = write_plan(tmp_path)
     plan.write_text(plan.read_text().replace("start = 500", "start = 200"))
     with emulation(tmp_path) as (rig_path, _, emulated):
-        with pytest.raises(InputError, match="the spectrometer gives 339.8 to 799"):
+        with pytest.raises(InputError, match=r"the spectrometer gives 339\.8 to 799"):
             measure(plan, rig_path, tmp_path / "scan.h5")
         assert nothing_moved(emulated)

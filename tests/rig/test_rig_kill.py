@@ -44,9 +44,7 @@ def whole(tmp_path_factory):
 
 def counts_by_point(rows):
     return {
-        int(point): rows["counts"][k]
-        for k, point in enumerate(rows["point"])
-        if rows["kind"][k] == POINT
+        int(point): rows["counts"][k] for k, point in enumerate(rows["point"]) if rows["kind"][k] == POINT
     }
 
 
@@ -137,9 +135,8 @@ def interrupted(tmp_path, points=5):
         if done == points:
             raise EnoughError
 
-    with emulation(tmp_path) as (rig_path, _, _):
-        with pytest.raises(EnoughError):
-            measure(write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", report=stop)
+    with emulation(tmp_path) as (rig_path, _, _), pytest.raises(EnoughError):
+        measure(write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", report=stop)
     return tmp_path / "scan.h5"
 
 
@@ -156,7 +153,9 @@ def test_interrupted_measurement_is_not_overwritten_by_chance(tmp_path):
         assert measure(plan, rig_path, out, resume=True).points == 12
 
 
-@pytest.mark.parametrize(("what", "before", "after"), [("plan", "step = 12", "step = 15"), ("rig", "1.0e-3", "2e-3")])
+@pytest.mark.parametrize(
+    ("what", "before", "after"), [("plan", "step = 12", "step = 15"), ("rig", "1.0e-3", "2e-3")]
+)
 def test_resume_with_another_plan_or_rig(tmp_path, what, before, after):
     out = interrupted(tmp_path)
     path = tmp_path / f"{what}.toml"

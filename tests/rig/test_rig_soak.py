@@ -37,12 +37,15 @@ def late(monkeypatch):
 
 def soak(tmp_path, late, step, repeats, rate, seed):
     plan = write_plan(
-        tmp_path, step=step, dark_every=60, reference_every=300, more=f"repeats = {repeats}\nlongest_time = 0.5"
+        tmp_path,
+        step=step,
+        dark_every=60,
+        reference_every=300,
+        more=f"repeats = {repeats}\nlongest_time = 0.5",
     )
-    options = {"fault_rate": rate, "seed": seed, "attempts": 60}
-    emulator = 'faults = []'
+    options = {"fault_rate": rate, "seed": seed, "attempts": 60, "patience": 0.08}
     events, moments = [], []
-    with emulation(tmp_path, emulator=emulator, **options) as (rig_path, _, emulated):
+    with emulation(tmp_path, **options) as (rig_path, _, emulated):
         began = time.monotonic()
         measure(
             plan,
@@ -110,7 +113,7 @@ def test_soak_in_small(tmp_path, late):
 
 @pytest.mark.soak
 def test_soak_10_000_points(tmp_path, late):
-    scan, injected, exchanges, silent = soak(tmp_path, late, step=0.5, repeats=42, rate=0.0125, seed=22)
+    scan, injected, exchanges, silent = soak(tmp_path, late, step=0.5, repeats=42, rate=0.0108, seed=22)
     assert len(scan.theta_r) >= 10_000
     assert len(injected) >= 0.01 * exchanges
     names = {(i.instrument, i.fault) for i in injected}

@@ -18,7 +18,6 @@ from clbrdf.rig.transport import Line, repeated
 
 ROLE = "reference"
 END = b"\n"
-DEVICE_TIME = 0.5
 MOST_BYTES = 32
 
 POWER = r"[+-]?(?:\d+\.?\d*|\.\d+)E[+-]?\d+"
@@ -122,7 +121,7 @@ class Newport1830C:
 
         def exchange() -> str:
             self._tell(query)
-            deadline = self.line.deadline(len(query) + MOST_BYTES, DEVICE_TIME)
+            deadline = self.line.deadline(len(query) + MOST_BYTES)
             reply = self.line.read_until(END, deadline).decode("latin-1").strip(" \r")
             if wanted.fullmatch(reply) is None:
                 raise BadReplyError(f"{self.line.name}: {reply[:40]!r} does not answer {query}")
@@ -134,7 +133,7 @@ class Newport1830C:
         """Drain the line, then wait for the answer to `W?`: replies older than that come before it."""
         self.line.drain()
         self._tell("W?")
-        deadline = self.line.deadline(2 * MOST_BYTES, DEVICE_TIME)
+        deadline = self.line.deadline(2 * MOST_BYTES)
         while re.fullmatch(rb"\d{4}\r?", self.line.read_until(END, deadline)) is None:
             pass
         self.line.drain()

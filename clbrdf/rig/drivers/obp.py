@@ -18,9 +18,6 @@ from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReply
 from clbrdf.rig.transport import Line, repeated
 
 ROLE = "spectrometer"
-DEVICE_TIME = 0.02
-"""Time a query takes inside the instrument, s."""
-
 MOST_SPECTRA = 10
 
 
@@ -166,7 +163,7 @@ class ObpSpectrometer:
                 self.line.fault("stale bytes", f"{len(self._buffer)} bytes thrown away before a request")
                 self._buffer.clear()
             self.line.send(request)
-            answer = self._read(kind, self.line.deadline(2 * len(request) + reply, DEVICE_TIME + device_time))
+            answer = self._read(kind, self.line.deadline(2 * len(request) + reply, device_time))
             return answer.data
 
         def resynchronise() -> None:

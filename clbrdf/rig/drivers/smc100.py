@@ -17,9 +17,6 @@ from clbrdf.rig.transport import Line, repeated
 
 ROLE = "stages"
 END = b"\r\n"
-DEVICE_TIME = 0.02
-"""A query takes about 10 ms inside the controller."""
-
 NUMBER = r"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 MOST_BYTES = 64
 MOST_READINGS = 8
@@ -223,7 +220,7 @@ class Smc100Stage:
 
         def exchange() -> str:
             self.line.send(request)
-            deadline = self.line.deadline(len(request) + MOST_BYTES, DEVICE_TIME)
+            deadline = self.line.deadline(len(request) + MOST_BYTES)
             reply = self.line.read_until(END, deadline)
             match = wanted.fullmatch(reply.decode("latin-1"))
             if match is None:
@@ -238,7 +235,7 @@ class Smc100Stage:
         request = f"{self.address}VE".encode("ascii")
         self.line.send(request + END)
         wanted = request + self._firmware.encode("ascii")
-        deadline = self.line.deadline(2 * MOST_BYTES, DEVICE_TIME)
+        deadline = self.line.deadline(2 * MOST_BYTES)
         while not self.line.read_until(END, deadline).startswith(wanted):
             pass
         self.line.drain()
