@@ -24,7 +24,7 @@ from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.planfile import Plan, load_plan
-from clbrdf.rig.rawscan import RawScan, read_raw
+from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.row import SKIPPED
@@ -91,8 +91,8 @@ def measure(
     except InputError as error:
         raise InputError(f"{plan_path}: {error}") from error
     chosen = budget or Budget()
-    with Lock(Path(output)):
-        target = Path(output)
+    target = check_output(output, overwrite=True)
+    with Lock(target):
         folder = run_folder(target)
         _tidy(target)
         if resume and target.exists() and not overwrite:
@@ -249,9 +249,10 @@ def join(folder: Path) -> RawScan:
     tables = [read_rows(path) for path in paths]
     rows: Columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     route = json.loads(header["route"])
+    plan, rig = read_settings(header["plan"], header["rig"], paths[0])
     return RawScan(
-        Plan.model_validate_json(header["plan"]),
-        Rig.model_validate_json(header["rig"]),
+        plan,
+        rig,
         Directions(*(np.array(route[name]) for name in ("theta_i", "theta_r", "phi"))),
         np.array(json.loads(header["wavelength"])),
         np.array(json.loads(header["nonlinearity"])),

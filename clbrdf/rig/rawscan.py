@@ -89,6 +89,23 @@ def write_raw(entry: h5py.Group, raw: RawScan) -> None:
     hdf5.write_mapping(group, "provenance", raw.provenance)
 
 
+def read_settings(plan: str, rig: str, path: str | Path) -> tuple[Plan, Rig]:
+    """Read the plan and the rig that a file carries as JSON.
+
+    Raises
+    ------
+    InputError
+        They are not what this version knows.
+    """
+    try:
+        return Plan.model_validate_json(plan), Rig.model_validate_json(rig)
+    except ValidationError as error:
+        place = ".".join(str(part) for part in error.errors()[0]["loc"])
+        raise InputError(
+            f"{path}: the {error.title.lower()} in it cannot be read ({place}); update clbrdf"
+        ) from error
+
+
 def read_raw(path: str | Path) -> RawScan:
     """Read the raw measurement that a scan file carries.
 
@@ -101,11 +118,7 @@ def read_raw(path: str | Path) -> RawScan:
         if "raw" not in file["entry"]:
             raise InputError(f"{path}: carries no raw counts; only scans of 'clbrdf measure' do")
         group = file["entry/raw"]
-        try:
-            plan = Plan.model_validate_json(hdf5.read_text(group, "plan"))
-            rig = Rig.model_validate_json(hdf5.read_text(group, "rig"))
-        except ValidationError as error:
-            raise InputError(f"{path}: the plan or rig in it cannot be read ({error.title})") from error
+        plan, rig = read_settings(hdf5.read_text(group, "plan"), hdf5.read_text(group, "rig"), path)
         count = group["rows/counts"].shape[1]
         return RawScan(
             plan,

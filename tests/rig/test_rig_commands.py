@@ -54,7 +54,19 @@ def test_budget_of_a_scan_as_json(tmp_path, capsys):
     with emulation(tmp_path) as (rig_path, _, _):
         measure(write_plan(tmp_path, step=30.0), rig_path, tmp_path / "scan.h5")
     out = tmp_path / "budget.json"
-    assert main(["budget", str(sample_path("budget.toml")), "--scan", str(tmp_path / "scan.h5"), "--json", str(out)]) == 0
+    assert (
+        main(
+            [
+                "budget",
+                str(sample_path("budget.toml")),
+                "--scan",
+                str(tmp_path / "scan.h5"),
+                "--json",
+                str(out),
+            ]
+        )
+        == 0
+    )
     text = capsys.readouterr().out
     assert "counting" in text
     assert "median (1/sr)" in text
@@ -66,7 +78,9 @@ def test_budget_of_a_scan_as_json(tmp_path, capsys):
 def test_dry_run_moves_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     plan = write_plan(tmp_path, more="repeats = 2")
-    plan.write_text(plan.read_text().replace("stop = 60", "stop = 89").replace("phi_r = 180", "phi_r = [0, 180]"))
+    plan.write_text(
+        plan.read_text().replace("stop = 60", "stop = 89").replace("phi_r = 180", "phi_r = [0, 180]")
+    )
     assert main(["measure", str(plan), "--rig", str(write_rig(tmp_path)), "--dry-run"]) == 0
     text = capsys.readouterr().out
     assert "reachable share" in text
@@ -117,10 +131,12 @@ def test_calibrate_again(tmp_path, capsys, monkeypatch):
     assert main(["calibrate", "scan.h5", "-o", "half.h5", "--rig", "rig.toml"]) == 0
     assert Scan.open("half.h5").brdf == pytest.approx(Scan.open("scan.h5").brdf / 2.0)
     capsys.readouterr()
-    for wavelength, words in (("a:b", "write start:stop:step"), ("100:600:50", "scan.h5: wavelengths 100"), ("9", "write")):
+    for wavelength, words in (
+        ("a:b", "write start:stop:step"),
+        ("100:600:50", "write start:stop:step"),
+        ("200:600:50", "scan.h5: wavelengths 200 to 600 nm"),
+    ):
         code = main(["calibrate", "scan.h5", "-o", "x.h5", "--wavelength", wavelength])
-        if wavelength == "100:600:50":
-            words = "write start:stop:step"
         assert (code, words in capsys.readouterr().err) == (2, True)
     assert main(["calibrate", "scan.h5", "-o", "new.h5"]) == 2
     assert "exists already" in capsys.readouterr().err
@@ -221,7 +237,7 @@ def test_demo_scan(tmp_path):
     assert time.monotonic() - began < 60.0
     scan = Scan.open(path)
     assert sorted(set(np.round(scan.theta_i, 3))) == [30.0, 45.0, 60.0]
-    peak = scan.brdf[np.round(scan.theta_i, 3) == 60.0].max()
+    peak = np.median(scan.brdf[np.round(scan.theta_i, 3) == 60.0], axis=1).max()
     # Table 1: the peak at 60° is 1996.7 1/sr, and this plan has a point on it.
     assert peak == pytest.approx(1996.7, rel=0.02)
     with pytest.raises(InputError, match="exists already"):
