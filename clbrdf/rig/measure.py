@@ -16,6 +16,7 @@ from clbrdf import __version__
 from clbrdf.errors import InputError
 from clbrdf.files import check_output
 from clbrdf.geometry import Directions
+from clbrdf.hdf5 import first_line
 from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import Acquisition
 from clbrdf.rig.budget import Budget
@@ -111,7 +112,14 @@ def measure(
         log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
         _acquire(plan, rig, route, folder, log, report, check)
         raw = join(folder)
-        save_calibrated(target, raw, calibrate(raw, chosen), chosen, overwrite)
+        calibrated = calibrate(raw, chosen)
+        try:
+            save_calibrated(target, raw, calibrated, chosen, overwrite)
+        except (OSError, RuntimeError) as error:  # h5py raises both when the disk is full
+            raise InputError(
+                f"{target}: cannot be written ({first_line(error)}); all rows are safe in {folder}:"
+                " free some space, then go on with --resume"
+            ) from error
         _discard(folder)
     return _outcome(raw)
 

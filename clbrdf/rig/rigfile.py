@@ -274,4 +274,7 @@ def load_rig(path: str | Path) -> Rig:
         is_windows_port = part.port.upper().startswith("COM")
         place = part.port if is_windows_port else str(folder / part.port)
         changed[name] = part.model_copy(update={"port": place})
+    emulator = rig.emulator
+    if emulator is not None and emulator.scan:
+        changed["emulator"] = emulator.model_copy(update={"scan": str(folder / emulator.scan)})
     return rig.model_copy(update=changed)

@@ -15,10 +15,16 @@ from clbrdf.rig.rigfile import AXES, Rig, StageSettings
 
 Array = npt.NDArray[np.float64]
 
-EXCHANGES_PER_POINT = 40
-"""About as many short exchanges as one point takes, for the estimate of time."""
+STAGE_EXCHANGES, REFERENCE_EXCHANGES = 28, 12
+"""Exchanges of one point, for the estimate of time."""
 
-BYTES_PER_EXCHANGE = 20
+BYTES_PER_EXCHANGE = 15
+STAGE_REPLY, REFERENCE_REPLY = 0.01, 0.05
+"""Typical time to a reply, s."""
+
+MOST_AT_ONCE = 4000
+"""Points among which the next one is looked for."""
+
 TYPICAL_INTEGRATION = 0.1
 """Stands for an automatic integration time in the estimate, s."""
 
@@ -116,20 +122,25 @@ def _arrange(
 ) -> tuple[npt.NDArray[np.intp], Array]:
     """Choose the order and, for each point, one of its solutions: always the nearest in travel time.
 
-    A greedy tour from the home position; the time is that of the slowest axis.
+    A greedy tour from the home position; the time is that of the slowest axis. Its cost grows with the
+    square of the number of points, so many are taken in portions of neighbouring lamp angles.
     """
     count = len(candidates)
     here = np.zeros(3)
-    left = np.arange(count)
     chosen, axes = np.empty(count, np.intp), np.empty((count, 3))
-    for k in range(count):
-        pool = left[:1] if order == "given" else left
-        times = _travel_times(candidates[pool] - here, stages)
-        times = np.where(np.isnan(times), np.inf, times)
-        place, branch = np.unravel_index(np.argmin(times), times.shape)
-        here = candidates[pool[place], branch]
-        chosen[k], axes[k] = pool[place], here
-        left = np.delete(left, place)
+    places = np.arange(count)
+    if order == "shortest" and count > MOST_AT_ONCE:
+        places = np.argsort(np.nanmin(np.abs(candidates[..., 0]), axis=1), kind="stable")
+    for first in range(0, count, MOST_AT_ONCE):
+        left = places[first : first + MOST_AT_ONCE]
+        for k in range(first, first + len(left)):
+            pool = left[:1] if order == "given" else left
+            times = _travel_times(candidates[pool] - here, stages)
+            times = np.where(np.isnan(times), np.inf, times)
+            place, branch = np.unravel_index(np.argmin(times), times.shape)
+            here = candidates[pool[place], branch]
+            chosen[k], axes[k] = pool[place], here
+            left = np.delete(left, place)
     return chosen, axes
 
 
@@ -156,7 +167,8 @@ def _duration(axes: Array, stages: list[StageSettings], plan: Plan, rig: Rig) ->
     spectrum = integration + 2112 * 10 / rig.spectrometer.baud
     darks = len(axes) / plan.dark_every
     references = len(axes) / plan.reference_every
-    exchanges = EXCHANGES_PER_POINT * (0.01 + BYTES_PER_EXCHANGE * 10 / rig.stages.baud)
+    exchanges = STAGE_EXCHANGES * (STAGE_REPLY + BYTES_PER_EXCHANGE * 10 / rig.stages.baud)
+    exchanges += REFERENCE_EXCHANGES * (REFERENCE_REPLY + BYTES_PER_EXCHANGE * 10 / rig.reference.baud)
     longest = max(_travel_times(np.full((1, 3), 90.0), stages))
     homing = rig.stages.homing_time / 4.0
     return (

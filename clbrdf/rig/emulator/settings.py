@@ -53,7 +53,7 @@ class EmulatorSettings(Settings):
     parameters : mapping of str to number or pairs
         Of the model, by name; missing ones take its defaults.
     scan : str
-        A Scan file to take the surface from instead (nearest direction), relative to where it is run.
+        A Scan file to take the surface from instead (nearest direction), relative to the rig file.
     direct_rate : float
         Counts per second of the brightest pixel in the direct beam.
     lamp_temperature : float
