@@ -23,7 +23,7 @@ from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.store import run_folder
 
 INTERRUPTED = 130
-SHOWN = ("recovery", "point skipped", "lamp out of band", "replugged", "check point")
+SHOWN = ("recovery", "point skipped", "lamp out of band", "replugged", "check point", "left out")
 """Events that are worth a line while it runs; the log has all."""
 
 
@@ -91,6 +91,7 @@ def command(
             return INTERRUPTED
     rows = [
         ["points", f"{outcome.points}"],
+        ["left out, out of reach", f"{outcome.left_out}"],
         ["skipped at limit switches", f"{outcome.skipped}"],
         ["lines in the log", f"{outcome.events}"],
     ]

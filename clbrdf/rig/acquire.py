@@ -86,6 +86,8 @@ class Acquisition:
         ------
         InstrumentError
             A fault that did not go away; every committed row is safe.
+        StorageError
+            The disk is full.
         StoppedError
             The user asked to stop.
         """

@@ -45,5 +45,9 @@ class OutOfBandError(InstrumentError):
     """The lamp, a reading or a check point is not where it should be."""
 
 
+class StorageError(DeviceError):
+    """The disk is full, or nearly so; committed rows are safe, and trying again does not help."""
+
+
 class StoppedError(Exception):
     """The user asked to stop (Ctrl-C once); not an error."""

@@ -35,10 +35,23 @@ from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a measurement came to: points in all, how many of them skipped, events logged."""
+    """What a measurement came to.
+
+    Attributes
+    ----------
+    points : int
+        In the scan.
+    skipped : int
+        Of them, at a limit switch.
+    left_out : int
+        Of the plan, because they cannot be reached.
+    events : int
+        Lines in the log.
+    """
 
     points: int
     skipped: int
+    left_out: int
     events: int
 
 
@@ -83,6 +96,8 @@ def measure(
         Files that cannot be used, before anything moves.
     InstrumentError
         An instrument that cannot be used; all rows so far are safe.
+    StorageError
+        The disk is full; all rows so far are safe.
     StoppedError
         From `check`.
     """
@@ -97,7 +112,7 @@ def measure(
         folder = run_folder(target)
         _tidy(target)
         if resume and target.exists() and not overwrite:
-            return _finished(target, plan, rig, folder)
+            return _finished(target, plan, rig, route, folder)
         check_output(target, overwrite)
         if folder.exists() and not resume:
             if not overwrite:
@@ -110,6 +125,8 @@ def measure(
         log = EventLog(log_path(folder), show)
         word = "resumed" if segments(folder) else "new"
         log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
+        for reason, count in route.unreachable.items():
+            log.add("rig", "left out", f"{count} points {reason}")
         _acquire(plan, rig, route, folder, log, report, check)
         raw = join(folder)
         calibrated = calibrate(raw, chosen)
@@ -121,15 +138,16 @@ def measure(
                 " free some space, then go on with --resume"
             ) from error
         _discard(folder)
-    return _outcome(raw)
+    return _outcome(raw, route)
 
 
-def _outcome(raw: RawScan) -> Outcome:
+def _outcome(raw: RawScan, route: Route) -> Outcome:
     skipped = int(np.count_nonzero(raw.rows["flags"] & SKIPPED))
-    return Outcome(len(raw.directions), skipped, len(raw.log.splitlines()))
+    left_out = route.planned - len(route)
+    return Outcome(len(raw.directions), skipped, left_out, len(raw.log.splitlines()))
 
 
-def _finished(target: Path, plan: Plan, rig: Rig, folder: Path) -> Outcome:
+def _finished(target: Path, plan: Plan, rig: Rig, route: Route, folder: Path) -> Outcome:
     """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
     raw = read_raw(target)
     wanted = _header(plan, rig, None)
@@ -138,7 +156,7 @@ def _finished(target: Path, plan: Plan, rig: Rig, folder: Path) -> Outcome:
             raise InputError(f"{target}: exists and was measured with another {key}; choose another name")
     if folder.exists():
         _discard(folder)
-    return _outcome(raw)
+    return _outcome(raw, route)
 
 
 def _tidy(target: Path) -> None:

@@ -10,9 +10,10 @@ next segment. Each row carries a CRC, so that one torn by a power cut is not tak
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.hdf5 import FORMAT_VERSION, first_line
-from clbrdf.rig.errors import InstrumentError
+from clbrdf.rig.errors import StorageError
 from clbrdf.rig.row import Row, checksum, columns, values_of
 
 if TYPE_CHECKING:
@@ -76,14 +77,14 @@ class SegmentWriter:
 
         Raises
         ------
-        InstrumentError
+        StorageError
             The disk is full, or nearly so; the rows before are safe.
         """
         if self._file is None:
-            raise InstrumentError(f"{self.path}: closed")
+            raise StorageError(f"{self.path}: closed")
         free = shutil.disk_usage(self.path.parent).free / 1e6
         if free < self.keep_free:
-            raise InstrumentError(
+            raise StorageError(
                 f"{self.path.parent}: only {free:.0f} MB free, {self.keep_free:g} MB are to be kept;"
                 " free some space, then go on with --resume"
             )
@@ -97,9 +98,10 @@ class SegmentWriter:
             self._file.flush()
             self._committed[0] = place + 1
             self._sync()
-        except OSError as error:
-            raise InstrumentError(
-                f"{self.path}: cannot be written ({first_line(error)}); the {place} rows before are safe:"
+        except (OSError, RuntimeError) as error:  # h5py raises both
+            self._abandon()
+            raise StorageError(
+                f"{self.path}: cannot be written ({_reason(error)}); the {place} rows before are safe:"
                 " free some space, then go on with --resume"
             ) from error
         self.rows = place + 1
@@ -111,10 +113,30 @@ class SegmentWriter:
             file, self._file = self._file, None
             file.close()
 
+    def _abandon(self) -> None:
+        """Let go of a file that can no longer be written.
+
+        HDF5 would try to write its buffers again when it closes the file or the interpreter ends, and
+        crash. The null device takes them instead; what is on the disk stays as it is, and in SWMR mode
+        every state of it can be read.
+        """
+        assert self._file is not None
+        null = os.open(os.devnull, os.O_RDWR)
+        os.dup2(null, self._file.id.get_vfd_handle())
+        os.close(null)
+        with suppress(OSError, RuntimeError):
+            self.close()
+
     def _sync(self) -> None:
         assert self._file is not None
         self._file.flush()
         os.fsync(self._file.id.get_vfd_handle())
+
+
+def _reason(error: Exception) -> str:
+    """Return what HDF5 says about the system's error, or its first line."""
+    found = re.search(r"error message = '([^']*)'", str(error))
+    return found[1] if found else first_line(error)
 
 
 def _sync_folder(folder: Path) -> None:

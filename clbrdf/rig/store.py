@@ -131,7 +131,7 @@ class Store:
 
         Raises
         ------
-        InstrumentError
+        StorageError
             As `SegmentWriter.append`.
         """
         if self._writer is None:

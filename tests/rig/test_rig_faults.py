@@ -1,5 +1,8 @@
 """Every fault of the table in knowledge/rig.md, injected on the emulator, ends as the table says."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from rig_helpers import EXACT, emulation, write_plan, write_rig
@@ -8,7 +11,7 @@ from clbrdf.errors import InputError
 from clbrdf.rig.emulator.faults import FAULTS
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.emulator.stages import RESET
-from clbrdf.rig.errors import InstrumentError
+from clbrdf.rig.errors import InstrumentError, StorageError
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.instruments import make_instruments
 from clbrdf.rig.measure import measure, never
@@ -16,7 +19,7 @@ from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.rigfile import load_rig
 from clbrdf.rig.row import CHECK
 from clbrdf.rig.segment import read_rows
-from clbrdf.rig.store import segments
+from clbrdf.rig.store import run_folder, segments
 from clbrdf.scan import Scan
 
 PLAN = {"step": 20.0, "time": 0.05, "dark_every": 3, "reference_every": 100}
@@ -143,7 +146,7 @@ def test_disk_nearly_full(tmp_path):
     words = r"MB free, 1e\+12 MB are to be kept"
     with (
         emulation(tmp_path, keep_free=1e12) as (rig_path, _, _),
-        pytest.raises(InstrumentError, match=words),
+        pytest.raises(StorageError, match=words),
     ):
         measure(write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5")
     assert not (tmp_path / "scan.h5").exists()
@@ -162,12 +165,35 @@ def test_disk_fills_up_on_the_way(tmp_path, clean, monkeypatch):
     plan = write_plan(tmp_path, **PLAN)
     with emulation(tmp_path, keep_free=1.0) as (rig_path, _, _):
         monkeypatch.setattr(segment.shutil, "disk_usage", usage)
-        with pytest.raises(InstrumentError, match="free some space, then go on with --resume"):
+        with pytest.raises(StorageError, match="free some space, then go on with --resume"):
             measure(plan, rig_path, tmp_path / "scan.h5")
         assert sum(len(read_rows(p)["kind"]) for p in segments(tmp_path / "scan.h5.run")) == 6
         monkeypatch.setattr(segment.shutil, "disk_usage", real)
         measure(plan, rig_path, tmp_path / "scan.h5", resume=True, budget=EXACT)
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
+
+
+def test_disk_refuses_a_write(tmp_path, clean):
+    """HDF5 meets an error in the middle of a row: one line, no crash at exit, and it can be resumed."""
+    limited = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (66_000, 66_000))\n"
+        "from clbrdf.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    plan, out = write_plan(tmp_path, **PLAN), tmp_path / "scan.h5"
+    with emulation(tmp_path) as (rig_path, _, _):
+        words = ["measure", str(plan), "--rig", str(rig_path), "-o", str(out)]
+        done = subprocess.run(
+            [sys.executable, "-c", limited, *words], capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode == 2
+        assert "File too large" in done.stderr
+        assert "go on with --resume" in done.stderr
+        assert done.stderr.count("\n") == 1
+        rows = sum(len(read_rows(p)["kind"]) for p in segments(run_folder(out)))
+        assert f"the {rows} rows before are safe" in done.stderr
+        assert rows > 2
+        measure(plan, rig_path, out, resume=True, budget=EXACT)
+    assert np.array_equal(Scan.open(out).brdf, clean.brdf)
 
 
 def nothing_moved(emulated):

@@ -78,7 +78,7 @@ class EmulatorSettings(Settings):
     parameters: dict[str, Spectral] = Field(default_factory=dict)
     scan: str = ""
     direct_rate: Annotated[float, Field(gt=0.0)] = 1.0e8
-    lamp_temperature: Annotated[float, Field(ge=1000.0, le=20000.0)] = 3000.0
+    lamp_temperature: Annotated[float, Field(ge=1000.0, le=20000.0)] = 5500.0
     reference_power: Annotated[float, Field(gt=0.0)] = 1.0e-3
     dark_rate: Annotated[float, Field(ge=0.0)] = 20.0
     line_speed: bool = True

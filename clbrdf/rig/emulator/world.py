@@ -138,7 +138,7 @@ class World:
 def _spectrum_of(wavelength: Array, temperature: float) -> Array:
     """Lamp (Planck, photons) times a silicon detector's responsivity, 1 at the brightest pixel."""
     planck = wavelength**-4.0 / np.expm1(SECOND_RADIATION / (wavelength * temperature))
-    responsivity = np.exp(-(((wavelength - 600.0) / 180.0) ** 2))
+    responsivity = np.exp(-(((wavelength - 600.0) / 250.0) ** 2))
     product = planck * responsivity
     return np.asarray(product / product.max())
 
