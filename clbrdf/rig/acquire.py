@@ -78,6 +78,7 @@ class Acquisition:
         self.direct: Freshness | None = None
         # A resumed measurement cannot know what was done to the rig meanwhile.
         self.check_due = store.last is not None
+        self.must_home = False
 
     def run(self, report: Report) -> None:
         """Measure.
@@ -106,14 +107,21 @@ class Acquisition:
         for attempt in range(1, attempts + 1):
             self.check()
             try:
-                if error is not None and self.instruments.recover(error):
-                    self.check_due = self.store.last is not None
+                if error is not None:
+                    self._recover()
                 return action()
             except InstrumentError as failure:
                 error = failure
+                # Stays due until it is done: the recovery itself may fail half-way.
+                self.must_home |= self.instruments.calls_for_homing(failure)
                 self.log.add("rig", "recovery", f"{what}, attempt {attempt} of {attempts}: {failure}")
         assert error is not None
         raise error
+
+    def _recover(self) -> None:
+        if self.instruments.recover(self.must_home):
+            self.must_home = False
+            self.check_due = self.store.last is not None
 
     def _take(self, point: int) -> None:
         """Measure and commit one point, with what it needs before."""
@@ -133,19 +141,12 @@ class Acquisition:
         except LimitReachedError as error:
             self.log.add("rig", "point skipped", f"point {point}: {error}")
             self.store.append(self._skipped(point))
-            self._leave_limit(error)
+            # A stage at its limit switch is homed before it is trusted again.
+            self.must_home = True
+            self._surely("leaving the limit switch", self._recover)
             return
         self.store.append(row)
         self.direct.used += 1
-
-    def _leave_limit(self, error: LimitReachedError) -> None:
-        """Home the stages after a limit switch before they are trusted again."""
-
-        def leave() -> None:
-            if self.instruments.recover(error):
-                self.check_due = self.store.last is not None
-
-        self._surely("leaving the limit switch", leave)
 
     def _skipped(self, point: int) -> Row:
         counts = np.zeros(self.instruments.spectrometer.pixels, np.uint16)

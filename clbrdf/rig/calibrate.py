@@ -187,7 +187,9 @@ def _fill(
     safe = np.where(blind, 1.0, incident)
     factor = carried / (safe * raw.rig.geometry.solid_angle * cosine[:, None])
     values = np.where(blind, 0.0, signal * factor)
-    brdf[places] = resample(values, weights)
+    touched = (weights > 0.0).astype(np.float64)
+    unseen = resample(blind, touched) > 0.0
+    brdf[places] = np.where(unseen, np.nan, resample(values, weights))
     parts["counting"][places] = np.sqrt(resample(variance * factor**2, weights**2))
     relative = incident_variance / safe**2
     parts["incident power"][places] = np.sqrt(resample(relative * values**2, weights**2))
@@ -195,11 +197,10 @@ def _fill(
         stray = budget.points.stray_light * signal.mean(axis=1, keepdims=True) * factor
         parts["stray light"][places] = np.abs(resample(stray, weights))
     full = _full_scale(raw)
-    touched = (weights > 0.0).astype(np.float64)
     counts = table["counts"]
     full_pixels = (counts[rows] >= full) | (counts[direct] >= full)
     flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
-    flags[places] |= np.where(resample(blind, touched) > 0.0, NOT_MEASURED, np.uint32(0))
+    flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
 
 
 def _full_scale(raw: RawScan) -> int:

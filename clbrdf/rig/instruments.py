@@ -67,30 +67,31 @@ class Instruments:
         """Set the reference detector's units and wavelength."""
         self.reference.configure(self.rig.reference.wavelength, self.rig.reference.noise)
 
-    def recover(self, error: InstrumentError) -> bool:
-        """Bring everything back to a known state after an error; True where the stages were homed.
+    def calls_for_homing(self, error: InstrumentError) -> bool:
+        """Say whether the stages' positions are no longer to be trusted after an error."""
+        lost = NotReferencedError | StalledError | LimitReachedError
+        return isinstance(error, lost) or not self.lines[0].is_open
+
+    def recover(self, must_home: bool) -> bool:
+        """Bring everything back to a known state; True where the stages were homed.
 
         Raises
         ------
         InstrumentError
             It does not come back.
         """
-        lost = [line for line in self.lines if not line.is_open]
-        for line in lost:
-            self._reopen(line)
         for line, part in self._parts():
+            if not line.is_open:
+                self._reopen(line)
             line.drain()
             part.identify()
         self.spectrometer.forget()
         self.configure_reference()
-        needs_homing = (
-            isinstance(error, NotReferencedError | StalledError | LimitReachedError)
-            or self.lines[0] in lost
-            or any(stage.get_status().motion is not Motion.READY for stage in self.stages.stages)
-        )
-        if needs_homing:
+        ready = all(stage.get_status().motion is Motion.READY for stage in self.stages.stages)
+        if must_home or not ready:
             self.stages.home()
-        return needs_homing
+            return True
+        return False
 
     def _reopen(self, line: Line) -> None:
         deadline = time.monotonic() + self.rig.recovery.replug_time

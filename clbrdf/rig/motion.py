@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from clbrdf.rig.errors import LimitReachedError, NotReferencedError, StalledError
+from clbrdf.rig.errors import LimitReachedError, LineError, NotReferencedError, StalledError
 from clbrdf.rig.rigfile import AXES, StageSettings, StagesSettings
 from clbrdf.rig.roles import Motion, Stage, StageStatus
 from clbrdf.rig.transport import Line
@@ -75,7 +75,15 @@ class Stages:
             stage.leave_configuration()
         elif status.motion is not Motion.NOT_REFERENCED:
             stage.reset()
-        while (status := stage.get_status()).motion is not Motion.NOT_REFERENCED:
+        while True:
+            try:
+                status = stage.get_status()
+            except LineError:
+                # A controller that leaves configuration is silent for up to 10 s.
+                if time.monotonic() > deadline:
+                    raise
+            if status.motion is Motion.NOT_REFERENCED:
+                return
             if time.monotonic() > deadline:
                 raise NotReferencedError(f"{self.line.name}: {name} does not reset ({_words(status)})")
             self._wait()

@@ -97,9 +97,10 @@ def test_stop_enable_configuration_reset(stages, clock):
     say(stages, b"ST\r\n")
     assert say(stages, b"1TS\r\n1TP\r\n") == b"1TS000033\r\n1TP17.5\r\n"
     assert say(stages, b"1MM0\r\n1TS\r\n1MM1\r\n1TS\r\n") == b"1TS00003C\r\n1TS000034\r\n"
-    assert say(stages, b"1RS\r\n1TS\r\n1PW1\r\n1TS\r\n1PW0\r\n1TS\r\n") == (
-        b"1TS00000A\r\n1TS000014\r\n1TS00000A\r\n"
-    )
+    assert say(stages, b"1RS\r\n1TS\r\n1PW1\r\n1TS\r\n") == b"1TS00000A\r\n1TS000014\r\n"
+    assert say(stages, b"1PW0\r\n1TS\r\n") == b"", "silent while it leaves configuration"
+    clock.seconds += 5.0
+    assert say(stages, b"1TS\r\n") == b"1TS00000A\r\n"
     assert say(stages, b"1VE\r\n1ID?\r\n") == b"1VE SMC_CC_2.0.1\r\n1IDMRS101\r\n"
 
 

@@ -12,7 +12,8 @@ from clbrdf.errors import InputError
 from clbrdf.rig import drivers
 from clbrdf.rig.emulator.faults import FAULTS, Injector
 from clbrdf.rig.emulator.port import PseudoTerminal
-from clbrdf.rig.emulator.stages import Move
+from clbrdf.rig.emulator.rig import EmulatedRig
+from clbrdf.rig.emulator.stages import CONFIGURATION, Move
 from clbrdf.rig.errors import BadReplyError, NoReplyError, UnpluggedError
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.exposure import expose, ladder
@@ -211,6 +212,32 @@ def test_a_move_that_went_elsewhere_is_sent_again(tmp_path):
         assert instruments.stages.move((20.5, 0.0, 0.0))[0] == 20.5
         assert done
         assert [event.kind for event in log.events] == ["wrong position"]
+
+
+def test_homing_from_every_state(tmp_path):
+    """Configuration (silent while it is left), disabled, moving, not referenced: all end at home."""
+    path = write_rig(tmp_path)
+    # Three seconds of silence are 0.1 s here: longer than nothing, shorter than the deadline.
+    path.write_text(path.read_text().replace("time_factor = 2000", "time_factor = 30"))
+    rig = load_rig(path)
+    with EmulatedRig(rig) as emulated:
+        stages = emulated.devices["stages"]
+        stages.axes[1].state = CONFIGURATION
+        with connected(rig, emulated) as (instruments, _):
+            assert instruments.stages.positions() == (-10.0, 0.0, 0.0)
+            stages.answer(b"2MM0\r\n")
+            stages.answer(b"3PA40\r\n")
+            assert instruments.recover(must_home=False), "not all were ready"
+            assert instruments.stages.move((1.0, 2.0, 3.0)) == (1.0, 2.0, 3.0)
+
+
+def test_recovery_that_fails_half_way_still_homes(tmp_path):
+    """The stages' line is lost, and the reference detector with it: the homing stays due."""
+    with emulation(tmp_path) as (_, rig, emulated), connected(rig, emulated) as (instruments, _):
+        instruments.lines[0].close()
+        assert instruments.calls_for_homing(UnpluggedError("stages: gone"))
+        assert instruments.recover(must_home=True)
+        assert not instruments.recover(must_home=False)
 
 
 def test_log_lines_have_a_zone(tmp_path):

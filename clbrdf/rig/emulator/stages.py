@@ -23,8 +23,8 @@ READY_FROM_HOMING, READY_FROM_MOVING, READY_FROM_DISABLE = 0x32, 0x33, 0x34
 DISABLED_FROM_READY, DISABLED_FROM_MOVING = 0x3C, 0x3D
 READY = (0x32, 0x33, 0x34, 0x35)
 POSITIVE_END, NEGATIVE_END, FOLLOWING_ERROR = 0x2, 0x1, 0x20
-HOMING_TIME = 4.0
-"""Longest homing, s of the rig's time."""
+SILENCE = 3.0
+"""After configuration is left the controller does not answer for this long, s of the rig's time."""
 
 
 @dataclass
@@ -78,6 +78,7 @@ class Axis:
     move: Move | None = None
     ends_as: tuple[int, int] = (READY_FROM_MOVING, 0)
     coming: str = ""
+    silent_until: float = -1.0
     defaults: dict[str, float] = field(default_factory=dict)
 
     def update(self, now: float) -> None:
@@ -150,6 +151,8 @@ class EmulatedStages:
         if found is None:
             return b""
         found.update(self.clock.now())
+        if self.clock.now() < found.silent_until:
+            return b""
         value = self._obey(found, match[2], match[3])
         return b"" if value is None else f"{found.address}{match[2]}{value}".encode("ascii") + END
 
@@ -209,6 +212,8 @@ class EmulatedStages:
             if value == "1" and axis.state != RESET:
                 return "D"
             axis.state = CONFIGURATION if value == "1" else RESET
+            if value == "0":
+                axis.silent_until = self.clock.now() + SILENCE
             return "@"
         return "A"
 
