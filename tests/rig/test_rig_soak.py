@@ -113,7 +113,7 @@ def test_soak_in_small(tmp_path, late):
 
 @pytest.mark.soak
 def test_soak_10_000_points(tmp_path, late):
-    scan, injected, exchanges, silent = soak(tmp_path, late, step=0.5, repeats=42, rate=0.0108, seed=22)
+    scan, injected, exchanges, silent = soak(tmp_path, late, step=0.5, repeats=42, rate=0.0135, seed=22)
     assert len(scan.theta_r) >= 10_000
     assert len(injected) >= 0.01 * exchanges
     names = {(i.instrument, i.fault) for i in injected}
