@@ -1,7 +1,7 @@
 """1830-C: literal bytes out and in, as in knowledge/rig.md."""
 
 import pytest
-from wire import Dialogue, kinds
+from wire import IMPATIENT, PATIENCE, Dialogue, kinds
 
 from clbrdf.rig.drivers.newport1830c import Newport1830C
 from clbrdf.rig.errors import InstrumentError, OutOfBandError
@@ -26,8 +26,8 @@ def reading(*powers, units=b"1", status=b"128"):
     ]
 
 
-def configured(peer, noise=0.0):
-    meter = Newport1830C(peer.line())
+def configured(peer, noise=0.0, patience=PATIENCE):
+    meter = Newport1830C(peer.line(patience))
     meter.configure(550.0, noise)
     return meter
 
@@ -99,7 +99,7 @@ def test_late_reply_is_fenced_off():
         *CONFIGURE,
         *reading(*[b"1E-3"] * 3),
     ) as peer:
-        meter = configured(peer)
+        meter = configured(peer, patience=IMPATIENT)
         assert meter.measure_power() == 1e-3
         assert kinds(meter.line) == ["no reply"]
 
@@ -129,4 +129,4 @@ def test_wavelength_not_taken_is_set_again():
 def test_another_instrument_is_named():
     steps = [(b"E0\n", b""), *[(b"U?\n", b"1TS00000A\n"), (b"W?\n", b"0550\n")] * 3, (b"U?\n", b"no\n")]
     with Dialogue(*steps) as peer, pytest.raises(InstrumentError, match="no 1830-C answers"):
-        Newport1830C(peer.line()).identify()
+        Newport1830C(peer.line(IMPATIENT)).identify()

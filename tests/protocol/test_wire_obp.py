@@ -7,7 +7,7 @@ import pytest
 from frames import frame, request, response
 from hypothesis import given
 from hypothesis import strategies as st
-from wire import Dialogue, kinds
+from wire import IMPATIENT, Dialogue, kinds
 
 from clbrdf.rig.drivers import obp_message as obp
 from clbrdf.rig.drivers.obp import ObpSpectrometer
@@ -119,7 +119,7 @@ def test_reset_is_told():
 def test_lost_bytes_end_in_an_error_that_names_the_instrument():
     steps = [(request(0x100, k), response(0x100, k, b"S1")[:-1]) for k in range(1, 5)]
     with Dialogue(*steps) as peer, pytest.raises(InstrumentError, match="no OBP spectrometer answers"):
-        ObpSpectrometer(peer.line()).identify()
+        ObpSpectrometer(peer.line(IMPATIENT)).identify()
 
 
 def test_no_spectrum_in_time():
@@ -129,7 +129,7 @@ def test_no_spectrum_in_time():
         *[(request(RAW, k), b"") for k in range(4, 8)],
     ]
     with Dialogue(*steps) as peer:
-        spectrometer = ObpSpectrometer(peer.line())
+        spectrometer = ObpSpectrometer(peer.line(IMPATIENT))
         spectrometer.set_integration_time(10e-6)
         with pytest.raises(NoReplyError, match="no reply"):
             spectrometer.measure_spectrum()

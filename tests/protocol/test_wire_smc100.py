@@ -1,7 +1,7 @@
 """SMC100: literal bytes out and in, as in knowledge/rig.md."""
 
 import pytest
-from wire import Dialogue, kinds
+from wire import IMPATIENT, Dialogue, kinds
 
 from clbrdf.rig.drivers.smc100 import Smc100Stage
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError
@@ -150,7 +150,7 @@ def test_late_reply_does_not_shift_the_next_ones():
         (b"1VE\r\n", b"1TS000028\r\n1VE 1.0\r\n"),
         (b"1TS\r\n", b"1TS000033\r\n"),
     ) as peer:
-        line = peer.line()
+        line = peer.line(IMPATIENT)
         assert Smc100Stage(line, 1).get_status().motion is Motion.READY
         assert kinds(line) == ["no reply"]
 
@@ -159,7 +159,7 @@ def test_short_replies_end_in_an_error():
     with Dialogue(
         *[step for _ in range(4) for step in ((b"1TP\r\n", b"1TP1"), (b"1VE\r\n", b"1VE 1\r\n"))]
     ) as peer:
-        line = peer.line()
+        line = peer.line(IMPATIENT)
         with pytest.raises(NoReplyError, match="short reply"):
             Smc100Stage(line, 1).get_position()
         # The last failure needs no way back into step.
@@ -173,7 +173,7 @@ def test_another_instrument_is_named():
         ) as peer,
         pytest.raises(InstrumentError, match="no SMC100 answers at address 1"),
     ):
-        Smc100Stage(peer.line(), 1).identify()
+        Smc100Stage(peer.line(IMPATIENT), 1).identify()
 
 
 def test_positions_that_never_agree():

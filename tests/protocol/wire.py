@@ -10,7 +10,11 @@ import tty
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.transport import Line
 
-PATIENCE = 0.3
+PATIENCE = 5.0
+"""Margin on deadlines where nothing is meant to be late, s: the machine may be busy."""
+
+IMPATIENT = 0.2
+"""Where the deadline is meant to pass, s."""
 
 
 class Dialogue(threading.Thread):
@@ -47,8 +51,8 @@ class Dialogue(threading.Thread):
             assert self.heard == [expected for expected, _ in self.steps]
             assert rest == b""
 
-    def line(self, name: str = "device", baud: int = 115200) -> Line:
-        line = Line(name, self.port, baud, PATIENCE, 0.02, EventLog())
+    def line(self, patience: float = PATIENCE) -> Line:
+        line = Line("device", self.port, 115200, patience, 0.02, EventLog())
         line.open()
         return line
 

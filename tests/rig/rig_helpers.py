@@ -90,7 +90,7 @@ def write_rig(
     reference_noise: float = 0.0,
     keep_free: float = 0.0,
     attempts: int = 8,
-    patience: float = 0.25,
+    patience: float = 2.0,
 ) -> Path:
     path = folder / "rig.toml"
     path.write_text(

@@ -24,6 +24,9 @@ from clbrdf.scan import Scan
 
 PLAN = {"step": 20.0, "time": 0.05, "dark_every": 3, "reference_every": 100}
 
+QUICK = {"patience": 0.25}
+"""Where replies get lost: deadlines that pass soon."""
+
 EXPECTED = {
     "short_read": {"no reply", "bad reply"},
     "garbage": {"bad reply", "garbage", "stale bytes", "no reply"},
@@ -36,7 +39,7 @@ EXPECTED = {
     "unplug": {"replugged"},
     "limit_switch": {"limit switch"},
     "stall": {"stall"},
-    "homing_lost": {"homing lost"},
+    "homing_lost": {"homing lost", "command error", "wrong position"},
     "saturation": {"saturation"},
     "front_panel": {"units changed", "bad reply"},
     "lamp_out": {"lamp out of band"},
@@ -60,22 +63,26 @@ def clean(tmp_path_factory):
 CASES = [(instrument, fault) for instrument, faults in FAULTS.items() for fault in faults]
 
 
-LATE = {"stages": 180, "spectrometer": 20, "reference": 70}
-"""Exchange after which some points are committed."""
-
-
-@pytest.mark.parametrize("late", [0, 17])
+@pytest.mark.parametrize(("points", "exchanges"), [(3, 0), (4, 7)])
 @pytest.mark.parametrize(("instrument", "fault"), CASES)
-def test_fault(tmp_path, clean, instrument, fault, late):
+def test_fault(tmp_path, clean, instrument, fault, points, exchanges):
+    """Injected when some points are committed and the instrument has had some more exchanges."""
     events = []
-    with emulation(tmp_path, seed=late) as (rig_path, _, emulated):
-        emulated.injector.inject(instrument, fault, at=LATE[instrument] + late)
+
+    with emulation(tmp_path, seed=points, **QUICK) as (rig_path, _, emulated):
+
+        def inject(done, total):
+            if done == points and not emulated.injector.injected:
+                now = emulated.instruments[instrument].exchanges
+                emulated.injector.inject(instrument, fault, at=now + exchanges)
+
         measure(
             write_plan(tmp_path, **PLAN),
             rig_path,
             tmp_path / "scan.h5",
             budget=EXACT,
             show=events.append,
+            report=inject,
         )
         assert [i.fault for i in emulated.injector.injected] == [fault]
     scan, raw = Scan.open(tmp_path / "scan.h5"), read_raw(tmp_path / "scan.h5")
@@ -99,7 +106,8 @@ def test_fault(tmp_path, clean, instrument, fault, late):
 def test_many_faults_of_one_kind(tmp_path, clean):
     """Faults upon faults, also while others are being mended."""
     names = '["lost_command_byte", "stale_reply", "homing_lost", "power_cut"]'
-    with emulation(tmp_path, fault_rate=0.01, emulator=f"faults = {names}", seed=3, attempts=30) as (p, _, e):
+    options = {"fault_rate": 0.01, "emulator": f"faults = {names}", "seed": 3, "attempts": 30, **QUICK}
+    with emulation(tmp_path, **options) as (p, _, e):
         measure(write_plan(tmp_path, **PLAN), p, tmp_path / "scan.h5", budget=EXACT)
         assert len(e.injector.injected) >= 3
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
@@ -246,7 +254,7 @@ def test_busy_port(tmp_path):
     ],
 )
 def test_port_of_another_instrument(tmp_path, one, other, words):
-    with emulation(tmp_path) as (rig_path, _, emulated):
+    with emulation(tmp_path, **QUICK) as (rig_path, _, emulated):
         text = rig_path.read_text()
         swapped = text.replace(f"ports/{one}", "X").replace(f"ports/{other}", f"ports/{one}")
         rig_path.write_text(swapped.replace('"X"', f'"ports/{other}"'))

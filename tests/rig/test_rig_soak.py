@@ -86,7 +86,10 @@ def check_values(scan, raw, injected):
 
 
 def unlogged(injected, events):
-    """Faults after which the log has no event before the instrument's next fault, or within 5 s."""
+    """Faults after which the log has no event before the instrument's next fault, or within 5 s.
+
+    What remains are overlaps: a second fault a few milliseconds later, before the first one could show.
+    """
     times = [datetime.fromisoformat(event.time) for event in events]
     silent = []
     for k, fault in enumerate(injected):
