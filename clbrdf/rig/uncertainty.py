@@ -18,6 +18,9 @@ MEDIAN_OF_THREE = 1.0 - np.sqrt(3.0) / np.pi
 STEP = 1e-4
 """Step of the axes for the derivatives of the directions, degrees."""
 
+FARTHEST = 5.0
+"""Incident angles farther apart than this, degrees, say nothing about a slope: lobes are as narrow."""
+
 SAME = 1e-3
 """Directions whose angles differ by less than this, degrees, count as equal."""
 
@@ -68,20 +71,25 @@ def _angle_derivatives(axes: Array) -> Array:
 def local_slopes(scan: Scan) -> Array:
     """∂f/∂(θi, θr, φ), (3, N, W), 1/sr per degree, from neighbours that differ in one angle only.
 
-    Where a point has no neighbour in θi, −∂f/∂θr stands for it: a lobe follows the mirror direction.
+    Where a point has no neighbour in θi within 5°, −∂f/∂θr stands for it: a lobe follows the mirror
+    direction.
     Without neighbours in φ the slope is 0, as it is in the plane of incidence by symmetry.
     """
     values = np.where(scan.mask, np.nan, scan.brdf)
     angles = np.stack([scan.theta_i, scan.theta_r, wrap_azimuth(scan.phi)], axis=-1)
-    slopes = np.stack([_slope(angles, k, values) for k in range(3)])
+    farthest = (FARTHEST, np.inf, np.inf)
+    slopes = np.stack([_slope(angles, k, values, farthest[k]) for k in range(3)])
     slopes[1] = np.nan_to_num(slopes[1], nan=0.0)
     slopes[0] = np.where(np.isnan(slopes[0]), -slopes[1], slopes[0])
     slopes[2] = np.nan_to_num(slopes[2], nan=0.0)
     return slopes
 
 
-def _slope(angles: Array, which: int, values: Array) -> Array:
-    """Slope (N, W) along one angle among the points that agree in the other two; NaN where alone."""
+def _slope(angles: Array, which: int, values: Array, farthest: float) -> Array:
+    """Slope (N, W) along one angle among the points that agree in the other two.
+
+    NaN where a point is alone, or its nearest neighbour is farther away than `farthest`, degrees.
+    """
     out = np.full(values.shape, np.nan)
     others = np.round(np.delete(angles, which, axis=1) / SAME).astype(np.int64)
     _, groups = np.unique(others, axis=0, return_inverse=True)
@@ -95,5 +103,9 @@ def _slope(angles: Array, which: int, values: Array) -> Array:
         means = np.stack(
             [np.bincount(back, values[members, w]) / counts for w in range(values.shape[1])], axis=-1
         )
-        out[members] = np.gradient(means, places * SAME, axis=0)[back]
+        slope = np.gradient(means, places * SAME, axis=0)
+        gaps = np.diff(places) * SAME
+        nearest = np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps))
+        slope[nearest > farthest] = np.nan
+        out[members] = slope[back]
     return out

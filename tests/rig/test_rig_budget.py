@@ -100,7 +100,7 @@ def test_resampling_weights():
         resampling(wavelength[::-1], grid, 5.0)
 
 
-def lattice(function, theta_i=(20.0, 30.0, 40.0), phi=(180.0,)):
+def lattice(function, theta_i=(28.0, 30.0, 33.0), phi=(180.0,)):
     """A scan of f(θi, θr, φ) on a lattice, with the axes that belong to it."""
     i, r, p = (a.ravel() for a in np.meshgrid(theta_i, np.arange(5.0, 61.0, 5.0), phi, indexing="ij"))
     values = function(i, r, p)
@@ -120,6 +120,8 @@ def test_local_slopes_without_neighbours():
     assert slopes[0] == pytest.approx(0.02), "a lobe follows the mirror direction"
     assert slopes[1] == pytest.approx(-0.02)
     assert (slopes[2] == 0.0).all()
+    scan, _ = lattice(lambda i, r, p: 5.0 - 0.02 * r + 1.0 * i, theta_i=(30.0, 45.0))
+    assert local_slopes(scan)[0] == pytest.approx(0.02), "15° apart is no neighbour"
     lone = Scan([30.0], [0.0], [20.0], [180.0], [500.0], [[1.0]])
     assert (local_slopes(lone) == 0.0).all()
 

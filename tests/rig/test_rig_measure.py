@@ -94,8 +94,10 @@ def test_angle_errors_give_standard_pulls(tmp_path):
     """Stages that stop a little off: the slope of the BRDF carries it into the uncertainty."""
     budget = EXACT.model_copy(update={"points": EXACT.points.model_copy(update={"angle": 0.05})})
     broad = "parameters = {c = -30, d = 1.0}"
-    plan = write_plan(tmp_path, step=0.5, more="repeats = 2")
-    scan, _, _ = run(tmp_path, plan, budget, effects="angle_noise = 0.05", emulator=broad, seed=8)
+    plan = write_plan(tmp_path, step=1.0, more="repeats = 2")
+    plan.write_text(plan.read_text().replace("[30, 45]", "{start = 28, stop = 32, step = 1}"))
+    effects = "angle_noise = 0.05\nshot_noise = true\nread_noise = 3.0"
+    scan, _, _ = run(tmp_path, plan, budget, effects=effects, emulator=broad, seed=8)
     pulls = (scan.brdf - model_values(scan, {"c": -30.0, "d": 1.0})) / scan.sigma
     assert np.std(pulls) == pytest.approx(1.0, abs=0.15)
 
