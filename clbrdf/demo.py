@@ -1,4 +1,4 @@
-"""The main job end to end: a scan, its fit at every wavelength, a table and pictures."""
+"""The main job end to end: a measurement, its fit at every wavelength, a table and pictures."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from clbrdf.errors import InputError
 from clbrdf.fit import Fit, fit
 from clbrdf.progress import Report
+from clbrdf.rig.demo_scan import measure_demo_scan
 from clbrdf.scan import Scan
-from clbrdf.scans import sample_scan
 from clbrdf.viz.curves import measured_and_model, save_figure, spectral_map
 
 
@@ -26,7 +26,8 @@ class Stage:
 def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage]]:
     """Run the demo into a folder, which is made if it does not exist.
 
-    Fits the synthetic yellow tin foil with the scan's own uncertainties as weights.
+    An emulated rig measures yellow tin foil (Table 1 of the paper) over pseudo-terminals; the scan is fitted
+    with its own uncertainties as weights.
 
     Raises
     ------
@@ -48,9 +49,8 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
         stages.append(Stage(name, folder / file, now - began))
         began = now
 
-    scan = Scan.open(sample_scan("yellow_tin_foil"))
-    scan.save(folder / "scan.h5", overwrite)
-    done("copy the sample scan", "scan.h5")
+    scan = Scan.open(measure_demo_scan(folder / "scan.h5", report, overwrite))
+    done(f"measure {len(scan.theta_i)} directions on an emulated rig", "scan.h5")
     result = fit(scan, weights="sigma", report=report)
     result.save(folder / "fit.h5", overwrite)
     done(f"fit {len(scan.wavelength)} wavelengths", "fit.h5")

@@ -14,4 +14,4 @@ class InputError(ClbrdfError, ValueError):
 
 
 class DeviceError(ClbrdfError, RuntimeError):
-    """No OpenCL device fits, or a kernel could not be built or run on it."""
+    """A device cannot be used: OpenCL (none fits, a kernel fails) or an instrument of the rig."""

@@ -14,9 +14,13 @@ from clbrdf.errors import ClbrdfError
 COMMANDS = {
     "demo": "run the main job end to end",
     "import": "bring a measured file into a scan",
-    "info": "show what is in a scan or fit",
+    "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "evaluate": "print model values as a table",
+    "measure": "run a measurement plan on the rig",
+    "emulate": "run a rig of emulated instruments on pseudo-terminals",
+    "calibrate": "calibrate the raw counts of a measured scan again",
+    "budget": "print the error budget of an absolute BRDF",
     "bench": "measure here and now, beside peers",
     "devices": "list the OpenCL devices and the one chosen",
 }

@@ -18,10 +18,10 @@ def command(
     output: Annotated[Path, Parameter(name=["--output", "-o"], help="folder to write to")] = Path("demo"),
     overwrite: Overwrite = False,
 ) -> None:
-    """Fit the synthetic yellow tin foil at 159 wavelengths; leave scan, fit and pictures in a folder."""
-    with progress_bar("fitting the tin foil") as report:
+    """Measure yellow tin foil on an emulated rig, fit every wavelength; leave all of it in a folder."""
+    with progress_bar("tin foil") as report:
         result, stages = demo(output, overwrite, report)
-    print_fit("yellow tin foil, SYNTHETIC: Table 1 of the paper with 6.05 % noise", result)
+    print_fit(f"{result.scan.sample}", result)
     rows = [[s.name, s.file.name, f"{s.seconds:.1f}"] for s in stages]
     rows.append(["all", "", f"{sum(s.seconds for s in stages):.1f}"])
     print_table(f"in {output}", ("stage", "file", "seconds"), rows, left=2)

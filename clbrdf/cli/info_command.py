@@ -1,4 +1,4 @@
-"""`clbrdf info`: what is in a file."""
+"""`clbrdf info`: what is in a file, or how far a running measurement is."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from clbrdf import hdf5
 from clbrdf.cli.console import print_table
 from clbrdf.cli.summary import print_fit, print_scan
 from clbrdf.fit.result import Fit
+from clbrdf.rig.follow import Progress
+from clbrdf.rig.follow import follow as follow_measurement
 from clbrdf.scan import Scan
 
 
-def command(file: Path, /, *, all_rows: Annotated[bool, Parameter(negative="")] = False) -> None:
+def command(
+    file: Path,
+    /,
+    *,
+    all_rows: Annotated[bool, Parameter(negative="")] = False,
+    follow: Annotated[bool, Parameter(negative="")] = False,
+) -> None:
     """Show what is in a scan or fit file.
 
     Parameters
@@ -23,7 +31,11 @@ def command(file: Path, /, *, all_rows: Annotated[bool, Parameter(negative="")] 
         a scan or fit
     all_rows
         every wavelength of a fit, however many
+    follow
+        the file is being measured by another process: show how far it is until it is complete
     """
+    if follow:
+        follow_measurement(file, _show)
     with hdf5.open_file(file) as opened:
         content = hdf5.content_of(opened)
     print_scan(str(file), Scan.open(file))
@@ -31,3 +43,9 @@ def command(file: Path, /, *, all_rows: Annotated[bool, Parameter(negative="")] 
         fit = Fit.open(file)
         print_fit("", fit, all_rows)
         print_table("", ("made by", ""), [[k, v] for k, v in fit.provenance.items()], left=2)
+
+
+def _show(progress: Progress) -> None:
+    left = f", about {progress.remaining:.0f} s left" if progress.remaining == progress.remaining else ""
+    place = f"{progress.points} of {progress.total} points"
+    print(f"{progress.latest or 'no point yet'}: {place}{left}", flush=True)

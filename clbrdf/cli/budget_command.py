@@ -1,0 +1,97 @@
+"""`clbrdf budget`: the error budget (3) to (7)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from clbrdf.cli.console import number, print_table
+from clbrdf.cli.options import JsonFile, Overwrite
+from clbrdf.errors import InputError
+from clbrdf.files import whole_text
+from clbrdf.rig.budget import GROUPS, Budget, group_percent, kind_percent, load_budget, total_percent
+from clbrdf.rig.calibrate import Calibrated, calibrate
+from clbrdf.rig.rawscan import read_raw
+
+KIND_WORDS = {"scale": "scale", "point": "by point"}
+
+
+def command(
+    budget: Path | None = None,
+    *,
+    scan: Path | None = None,
+    json: JsonFile = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Print the error budget, equations (3) to (7); with a raw scan also the uncertainty of its points.
+
+    "scale" shifts all points alike (correlated), "by point" differs from point to point.
+
+    Parameters
+    ----------
+    budget
+        budget file (TOML); the paper's values if not given
+    scan
+        scan file of 'clbrdf measure': sources are evaluated at each of its points
+    """
+    chosen = load_budget(budget)
+    _print_budget(chosen, "the paper's values" if budget is None else str(budget))
+    content: dict[str, object] = {
+        "percent": {group: group_percent(chosen, group) for group in GROUPS},
+        "scale_percent": kind_percent(chosen, "scale"),
+        "point_percent": kind_percent(chosen, "point"),
+        "total_percent": total_percent(chosen),
+    }
+    if scan is not None:
+        try:
+            calibrated = calibrate(read_raw(scan), chosen)
+        except InputError as error:
+            raise error if str(scan) in str(error) else InputError(f"{scan}: {error}") from error
+        content["points"] = _print_points(calibrated, scan)
+    if json is not None:
+        whole_text(json, content, overwrite)
+
+
+def _print_budget(budget: Budget, name: str) -> None:
+    rows = []
+    for group, equation in GROUPS.items():
+        sources = budget.sources(group)
+        if len(sources) > 1:
+            rows += [[f"  {s.name}", "", KIND_WORDS[s.kind], f"{s.percent:.2f}"] for s in sources]
+            rows.append([group, equation, "", f"{group_percent(budget, group):.2f}"])
+        else:
+            rows += [
+                [f"{group}: {s.name}", equation, KIND_WORDS[s.kind], f"{s.percent:.2f}"] for s in sources
+            ]
+    rows.append(["scale part", "", "scale", f"{kind_percent(budget, 'scale'):.2f}"])
+    rows.append(["part by point", "", "by point", f"{kind_percent(budget, 'point'):.2f}"])
+    rows.append(["total", "(3), (7)", "", f"{total_percent(budget):.2f}"])
+    columns = ("source", "equation", "kind", "uncertainty (%)")
+    print_table(f"error budget of the BRDF, {name}", columns, rows, left=3)
+
+
+def _print_points(calibrated: Calibrated, path: Path) -> dict[str, object]:
+    scan = calibrated.scan
+    value = np.where(scan.mask, np.nan, scan.brdf)
+    parts = {
+        **calibrated.parts,
+        "scale part": calibrated.combined("scale"),
+        "part by point": calibrated.combined("point"),
+        "total": scan.sigma,
+    }
+    rows: list[list[str]] = []
+    content: dict[str, object] = {}
+    for name, part in parts.items():
+        assert part is not None
+        absolute = np.where(scan.mask, np.nan, part)
+        percent = 100.0 * np.abs(absolute / value)
+        figures = (np.nanmedian(percent), np.nanmax(percent), np.nanmedian(absolute), np.nanmax(absolute))
+        kind = KIND_WORDS.get(calibrated.kinds.get(name, ""), "")
+        rows.append([name, kind, *(number(float(f), 3) for f in figures)])
+        content[name] = dict(
+            zip(("median_percent", "largest_percent", "median", "largest"), map(float, figures), strict=True)
+        )
+    columns = ("source", "kind", "median (%)", "largest (%)", "median (1/sr)", "largest (1/sr)")
+    print_table(f"uncertainty of the {value.size} values of {path}", columns, rows, left=2)
+    return content

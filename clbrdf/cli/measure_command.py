@@ -1,0 +1,138 @@
+"""`clbrdf measure`: run a plan on the rig."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.cli.options import Overwrite
+from clbrdf.errors import InputError
+from clbrdf.rig.budget import load_budget
+from clbrdf.rig.errors import StoppedError
+from clbrdf.rig.eventlog import Event
+from clbrdf.rig.interrupt import StopRequest
+from clbrdf.rig.measure import measure
+from clbrdf.rig.planfile import Plan, load_plan
+from clbrdf.rig.rigfile import Rig, load_rig
+from clbrdf.rig.route import Route, plan_route
+from clbrdf.rig.store import run_folder
+
+INTERRUPTED = 130
+SHOWN = ("recovery", "point skipped", "lamp out of band", "replugged", "check point", "left out")
+"""Events that are worth a line while it runs; the log has all."""
+
+
+def command(
+    plan: Path,
+    *,
+    rig: Path,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    resume: Annotated[bool, Parameter(negative="")] = False,
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
+    budget: Path | None = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Run a measurement plan and write the absolute scan, raw counts included.
+
+    While it runs, rows are safe in the folder OUTPUT.run. Ctrl-C once finishes the exchange and stops;
+    twice stops at once, with lamp shutter and stages made safe. --resume goes on after any stop.
+
+    Parameters
+    ----------
+    plan
+        plan file (TOML): directions, order, integration time
+    rig
+        rig file (TOML): instruments, geometry, limits
+    output
+        scan file to write
+    resume
+        go on with an interrupted measurement
+    dry_run
+        only print points, reachable share and estimated time
+    budget
+        budget file (TOML) for the uncertainties; the paper's budget if not given
+    """
+    if dry_run:
+        _print_route(plan, load_plan(plan), load_rig(rig))
+        return 0
+    if output is None:
+        raise InputError("no output file; add -o scan.h5, or --dry-run to see the plan")
+    with progress_bar("measuring") as report, StopRequest(_tell_stop) as stop:
+        try:
+            outcome = measure(
+                plan,
+                rig,
+                output,
+                resume=resume,
+                overwrite=overwrite,
+                budget=load_budget(budget),
+                report=report,
+                show=_show,
+                check=stop.check,
+            )
+        except StoppedError:
+            folder = run_folder(output)
+            where = (
+                f"rows are safe in {folder}; go on with --resume"
+                if folder.exists()
+                else "nothing was measured"
+            )
+            print(f"clbrdf: stopped; {where}", file=sys.stderr)
+            return INTERRUPTED
+        except KeyboardInterrupt:
+            print(
+                "clbrdf: stopped at once, stages and shutter made safe; go on with --resume", file=sys.stderr
+            )
+            return INTERRUPTED
+    rows = [
+        ["points", f"{outcome.points}"],
+        ["left out, out of reach", f"{outcome.left_out}"],
+        ["skipped at limit switches", f"{outcome.skipped}"],
+        ["lines in the log", f"{outcome.events}"],
+    ]
+    print_table(f"{output}: measured", ("quantity", "value"), rows)
+    return 0
+
+
+def _tell_stop() -> None:
+    # Only async-signal-safe work here: a print could meet a print.
+    os.write(2, b"\nstopping after this exchange; once more to stop at once\n")
+
+
+def _show(event: Event) -> None:
+    if event.kind in SHOWN and sys.stderr.isatty():
+        print(f"{event.where}: {event.kind}: {event.text}", file=sys.stderr)
+
+
+def _print_route(path: Path, plan: Plan, rig: Rig) -> None:
+    try:
+        route = plan_route(plan, rig)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    reached = len(route) / route.planned
+    rows = [
+        ["points in the plan", f"{route.planned}"],
+        *([f"  left out: {reason}", f"{count}"] for reason, count in route.unreachable.items()),
+        ["points to measure", f"{len(route)}"],
+        ["reachable share", f"{reached:.1%}"],
+        ["repeats of each direction", f"{plan.repeats}"],
+        ["wavelengths", _wavelengths(plan)],
+        ["estimated time", _duration(route)],
+    ]
+    print_table(f"{path}: dry run, nothing moves", ("quantity", "value"), rows)
+
+
+def _wavelengths(plan: Plan) -> str:
+    grid = plan.wavelength
+    return f"{grid.start:g} to {grid.stop:g} nm, every {grid.step:g} nm"
+
+
+def _duration(route: Route) -> str:
+    minutes, seconds = divmod(round(route.seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {seconds:02d} s"

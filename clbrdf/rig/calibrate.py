@@ -1,0 +1,272 @@
+"""Raw counts to an absolute BRDF by equation (2), with its uncertainty.
+
+    BRDF = P_s / (P_i Ω cosθr)                                                (2)
+
+P_s and P_i are signals of the same spectrometer, counts per second, darks subtracted and divided by the
+nonlinearity polynomial: P_i with the lamp straight into the detector, so that lamp spectrum and
+responsivity cancel. P_i is carried to the moment of P_s by the ratio of the reference powers. Values
+are formed for each pixel and averaged over the bins of a regular grid, each pixel weighted by the part
+of it that lies in the bin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf import __version__, hdf5
+from clbrdf.errors import InputError
+from clbrdf.geometry import cos_deg
+from clbrdf.rig.budget import Budget
+from clbrdf.rig.drivers import get_driver
+from clbrdf.rig.kinematics import forward
+from clbrdf.rig.planfile import WavelengthGrid
+from clbrdf.rig.rawscan import RawScan, write_raw
+from clbrdf.rig.row import ROW_FLAGS, SKIPPED
+from clbrdf.rig.uncertainty import (
+    MEDIAN_OF_THREE,
+    angle_sigma,
+    count_variance,
+    linearised,
+)
+from clbrdf.scan import FLAGS, Scan
+
+Array = npt.NDArray[np.float64]
+
+BLOCK_ROWS = 512
+"""Points calibrated at a time: bounds the memory."""
+
+NOT_MEASURED = np.uint32(1 << FLAGS.index("not_measured"))
+LIMIT = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("limit_switch"))
+SATURATED_VALUE = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("saturated"))
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """An absolute scan and the parts of its uncertainty.
+
+    Attributes
+    ----------
+    scan : Scan
+        `sigma` is the total standard uncertainty.
+    parts : mapping of str to (N, W) float64
+        Standard uncertainty by source, 1/sr.
+    kinds : mapping of str to str
+        "scale" (all points alike) or "point" for each part.
+    """
+
+    scan: Scan
+    parts: dict[str, Array]
+    kinds: dict[str, str]
+
+    def combined(self, kind: str) -> Array:
+        """(N, W), 1/sr: all parts of one kind."""
+        return _root_sum([part for name, part in self.parts.items() if self.kinds[name] == kind])
+
+
+def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
+    """Return the absolute scan of a raw measurement.
+
+    Raises
+    ------
+    InputError
+        Points are missing, or the plan's wavelengths lie outside the spectrometer's.
+    """
+    rows = raw.point_rows()
+    grid = grid_of(raw.plan.wavelength)
+    weights = resampling(raw.wavelength, grid, raw.plan.wavelength.step)
+    skipped = (raw.rows["flags"][rows] & SKIPPED) != 0
+    theta_i, phi_i, theta_r, phi_r = _angles(raw, rows, skipped)
+    shape = (len(rows), len(grid))
+    brdf, flags = np.full(shape, np.nan), np.zeros(shape, np.uint32)
+    parts = {name: np.zeros(shape) for name in ("counting", "incident power", "stray light")}
+    for first in range(0, len(rows), BLOCK_ROWS):
+        block = slice(first, first + BLOCK_ROWS)
+        good = np.nonzero(~skipped[block])[0] + first
+        if len(good):
+            _fill(raw, rows[good], cos_deg(theta_r[good]), weights, good, budget, brdf, flags, parts)
+    flags[skipped] |= NOT_MEASURED | LIMIT
+    scan = Scan(
+        theta_i,
+        phi_i,
+        theta_r,
+        phi_r,
+        grid,
+        brdf,
+        flags=flags,
+        flag_names=(*FLAGS, *ROW_FLAGS),
+        sample=raw.plan.sample,
+        instrument=raw.rig.name,
+        provenance={**raw.provenance, "calibrated_by": f"clbrdf {__version__}"},
+    )
+    kinds = {"counting": "point", "incident power": "scale", "stray light": "scale"}
+    return _with_budget(raw, scan, rows, skipped, budget, parts, kinds)
+
+
+def grid_of(grid: WavelengthGrid) -> Array:
+    """Wavelengths of the regular grid, nm."""
+    count = int(np.floor((grid.stop - grid.start) / grid.step + 1e-9)) + 1
+    return np.asarray(grid.start + grid.step * np.arange(count))
+
+
+def resampling(wavelength: Array, grid: Array, step: float) -> Array:
+    """(W, P) weights, each row of sum 1: the overlap of every pixel with every bin of the grid.
+
+    A pixel reaches half-way to its neighbours, a bin half a step to both sides. The mean over a bin
+    differs from the value at its centre by step²/24 times the second derivative.
+
+    Raises
+    ------
+    InputError
+        A bin reaches beyond the pixels.
+    """
+    if (np.diff(wavelength) <= 0.0).any():
+        raise InputError("the spectrometer's wavelength polynomial does not increase; read its coefficients")
+    middle = (wavelength[1:] + wavelength[:-1]) / 2.0
+    first, last = 2.0 * wavelength[0] - middle[0], 2.0 * wavelength[-1] - middle[-1]
+    edges = np.concatenate([[first], middle, [last]])
+    low, high = grid - step / 2.0, grid + step / 2.0
+    if low[0] < edges[0] or high[-1] > edges[-1]:
+        raise InputError(
+            f"wavelengths {grid[0]:g} to {grid[-1]:g} nm in steps of {step:g} nm need a spectrum from"
+            f" {low[0]:g} to {high[-1]:g} nm; the spectrometer gives {edges[0]:.1f} to {edges[-1]:.1f} nm"
+        )
+    overlap = np.minimum(high[:, None], edges[None, 1:]) - np.maximum(low[:, None], edges[None, :-1])
+    weights = np.maximum(overlap, 0.0)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def resample(values: npt.NDArray[np.generic], weights: Array) -> Array:
+    """Return the weighted sums (n, W) over the pixels of values (n, P).
+
+    Row by row, without BLAS: its sums depend in the last bit on how many rows there are, and a scan that
+    was interrupted has to equal one that was not.
+    """
+    out = np.empty((len(values), len(weights)))
+    for place, row in enumerate(weights):
+        used = np.nonzero(row)[0]
+        part = slice(int(used[0]), int(used[-1]) + 1)
+        out[:, place] = np.sum(values[:, part] * row[part], axis=1)
+    return out
+
+
+def _angles(raw: RawScan, rows: npt.NDArray[np.intp], skipped: npt.NDArray[np.bool_]) -> list[Array]:
+    """θi, φi, θr, φr from the axes read back; of skipped points as planned."""
+    axes = np.asarray(raw.rows["axes"][rows], dtype=np.float64)
+    pose = forward(np.where(skipped[:, None], 0.0, axes))
+    planned = (raw.directions.theta_i, np.zeros(len(rows)), raw.directions.theta_r, raw.directions.phi)
+    measured = (pose.theta_i, pose.phi_i, pose.theta_r, pose.phi_r)
+    # The axes are read back to 0.0001°; nine decimals drop the noise of arithmetic, no more.
+    return [np.where(skipped, p, np.round(m, 9)) for p, m in zip(planned, measured, strict=True)]
+
+
+def _fill(
+    raw: RawScan,
+    rows: npt.NDArray[np.intp],
+    cosine: Array,
+    weights: Array,
+    places: npt.NDArray[np.intp],
+    budget: Budget,
+    brdf: Array,
+    flags: npt.NDArray[np.uint32],
+    parts: dict[str, Array],
+) -> None:
+    """Calibrate a block of points by (2) and put values, flags and uncertainties in their places."""
+    table = raw.rows
+    direct = table["direct"][rows]
+    signal, variance = _rates(raw, rows)
+    unique, back = np.unique(direct, return_inverse=True)
+    incident, incident_variance = (values[back] for values in _rates(raw, unique))
+    power = table["reference_power"]
+    carried = (power[direct] / power[rows])[:, None]
+    # A pixel without incident light says nothing about reflection there.
+    blind = incident <= 0.0
+    safe = np.where(blind, 1.0, incident)
+    factor = carried / (safe * raw.rig.geometry.solid_angle * cosine[:, None])
+    values = np.where(blind, 0.0, signal * factor)
+    touched = (weights > 0.0).astype(np.float64)
+    unseen = resample(blind, touched) > 0.0
+    brdf[places] = np.where(unseen, np.nan, resample(values, weights))
+    parts["counting"][places] = np.sqrt(resample(variance * factor**2, weights**2))
+    relative = incident_variance / safe**2
+    parts["incident power"][places] = np.sqrt(resample(relative * values**2, weights**2))
+    if budget.points.stray_light:
+        stray = budget.points.stray_light * signal.mean(axis=1, keepdims=True) * factor
+        parts["stray light"][places] = np.abs(resample(stray, weights))
+    full = _full_scale(raw)
+    counts = table["counts"]
+    full_pixels = (counts[rows] >= full) | (counts[direct] >= full)
+    flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
+    flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
+
+
+def _full_scale(raw: RawScan) -> int:
+    return int(get_driver("spectrometer", raw.rig.spectrometer.driver).full_scale)
+
+
+def _rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Linear net counts per second (n, P) of rows and their variance from counting and reading."""
+    table, detector = raw.rows, raw.rig.spectrometer
+    counts = table["counts"][rows].astype(np.float64)
+    dark = table["counts"][table["dark"][rows]].astype(np.float64)
+    seconds = table["integration_time"][rows][:, None]
+    linear, slope = linearised(counts - dark, raw.nonlinearity)
+    variance = count_variance(counts, detector) + count_variance(dark, detector)
+    return linear / seconds, variance * (slope / seconds) ** 2
+
+
+def _with_budget(
+    raw: RawScan,
+    scan: Scan,
+    rows: npt.NDArray[np.intp],
+    skipped: npt.NDArray[np.bool_],
+    budget: Budget,
+    parts: dict[str, Array],
+    kinds: dict[str, str],
+) -> Calibrated:
+    """Add what does not come from the counts, and the total to the scan."""
+    size = np.abs(np.where(scan.mask, 0.0, scan.brdf))
+    if not budget.points.counting:
+        parts["counting"][:] = 0.0
+        parts["incident power"][:] = 0.0
+    if budget.points.reference:
+        # Two readings, before and after, each the median of three; the direct beam has its own two.
+        reading = raw.rig.reference.noise * np.sqrt(MEDIAN_OF_THREE / 2.0)
+        parts["reference"], kinds["reference"] = size * reading, "point"
+        parts["incident power"] = np.hypot(parts["incident power"], size * reading)
+    if budget.points.angle:
+        axes = np.where(skipped[:, None], 0.0, raw.rows["axes"][rows])
+        parts["angle"], kinds["angle"] = angle_sigma(scan, axes, budget.points.angle), "point"
+    for kind, name in (("point", "other, by point"), ("scale", "other, scale")):
+        parts[name], kinds[name] = size * budget.without_measured(kind), kind
+    total = _root_sum(list(parts.values()))
+    total[scan.mask] = np.nan
+    return Calibrated(replace(scan, sigma=total), parts, kinds)
+
+
+def _root_sum(parts: list[Array]) -> Array:
+    return np.asarray(np.sqrt(np.sum([part**2 for part in parts], axis=0)))
+
+
+def save_calibrated(
+    path: Path | str, raw: RawScan, calibrated: Calibrated, budget: Budget, overwrite: bool
+) -> None:
+    """Write the scan with its uncertainty by parts, the budget, and the raw counts.
+
+    Raises
+    ------
+    InputError
+        The file exists and may not be replaced, or cannot be written.
+    """
+    scan = calibrated.scan
+    with hdf5.create_file(path, "scan", f"BRDF of {scan.sample or 'a sample'}", overwrite) as file:
+        entry = file["entry"]
+        scan.write(entry)
+        group = hdf5.group(entry, "uncertainty", "NXcollection")
+        group["budget"] = budget.model_dump_json()
+        for kind, name in (("point", "brdf_errors_point"), ("scale", "brdf_errors_scale")):
+            hdf5.field(group, name, calibrated.combined(kind), "1/sr", f"standard uncertainty, {kind} part")
+        write_raw(entry, raw)

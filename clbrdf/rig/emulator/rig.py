@@ -1,0 +1,86 @@
+"""All three emulated instruments of a rig file, on pseudo-terminals at the ports it names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+
+from clbrdf.errors import InputError
+from clbrdf.rig.emulator.faults import Injector
+from clbrdf.rig.emulator.instrument import Device, Instrument
+from clbrdf.rig.emulator.port import PseudoTerminal
+from clbrdf.rig.emulator.powermeter import EmulatedPowerMeter
+from clbrdf.rig.emulator.settings import EmulatorSettings
+from clbrdf.rig.emulator.spectrometer import EmulatedSpectrometer
+from clbrdf.rig.emulator.stages import EmulatedStages
+from clbrdf.rig.emulator.world import Clock, World
+from clbrdf.rig.rigfile import Rig
+
+DRIVERS = {"stages": "smc100", "spectrometer": "obp", "reference": "newport1830c"}
+"""The parts that can be emulated."""
+
+
+class EmulatedRig:
+    """A context in which the ports of a rig file lead to emulated instruments.
+
+    Attributes
+    ----------
+    injector : Injector
+        Plans faults and remembers those that happened.
+    instruments : dict of str to Instrument
+
+    Raises
+    ------
+    InputError
+        The rig file has a part that cannot be emulated, or a port cannot be put where it says.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        settings = rig.emulator or EmulatorSettings()
+        for name, driver in DRIVERS.items():
+            if getattr(rig, name).driver != driver:
+                raise InputError(f"{name}.driver is {getattr(rig, name).driver!r}; only {driver} is emulated")
+        self.rig = rig
+        self.injector = Injector(settings.fault_rate, list(settings.faults), settings.seed)
+        clock = Clock(settings.time_factor)
+        self.world = World(rig, settings, clock)
+        stages = EmulatedStages(rig.stages, clock, settings.effects.angle_noise, settings.seed)
+        self.world.axes = stages.true_angles
+        self.devices: dict[str, Device] = {
+            "stages": stages,
+            "spectrometer": EmulatedSpectrometer(self.world),
+            "reference": EmulatedPowerMeter(self.world),
+        }
+        self.instruments: dict[str, Instrument] = {}
+        for name, device in self.devices.items():
+            part = getattr(rig, name)
+            port = PseudoTerminal(Path(part.port), part.baud if settings.line_speed else None)
+            self.instruments[name] = Instrument(device, port, self.injector)
+
+    def __enter__(self) -> EmulatedRig:
+        opened: list[Instrument] = []
+        try:
+            for instrument in self.instruments.values():
+                instrument.port.plug()
+                opened.append(instrument)
+        except InputError:
+            for instrument in opened:
+                instrument.port.unplug()
+            raise
+        for instrument in opened:
+            instrument.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        for instrument in self.instruments.values():
+            instrument.close()
+
+    @property
+    def exchanges(self) -> int:
+        """Requests answered so far, by all instruments."""
+        return sum(instrument.exchanges for instrument in self.instruments.values())

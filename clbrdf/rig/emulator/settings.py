@@ -1,0 +1,105 @@
+"""What a rig of emulated instruments is like: light, surface, effects, speed, faults."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from clbrdf.errors import InputError
+from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.rig.tomlfile import Settings
+
+Spectral = float | list[tuple[float, float]]
+"""A number, or pairs of wavelength (nm) and value with straight lines between."""
+
+
+class EffectSettings(Settings):
+    """Instrument effects; each is absent unless it is set.
+
+    Attributes
+    ----------
+    shot_noise : bool
+        Counting noise of the electrons.
+    read_noise : float
+        Standard deviation, counts.
+    reference_noise : float
+        Relative standard deviation of a reading of the reference power.
+    lamp_drift, dark_drift : float
+        Relative change per hour of the rig's time.
+    nonlinearity : list of float
+        Polynomial by which net counts are to be divided, lowest power first.
+    stray_light : float
+        Share of the mean signal that falls on every pixel.
+    angle_noise : float
+        Standard deviation of where a stage really stops, degrees; it reports its target.
+    """
+
+    shot_noise: bool = False
+    read_noise: Annotated[float, Field(ge=0.0)] = 0.0
+    reference_noise: Annotated[float, Field(ge=0.0, lt=0.3)] = 0.0
+    lamp_drift: Annotated[float, Field(gt=-1.0, lt=1.0)] = 0.0
+    dark_drift: Annotated[float, Field(gt=-1.0, lt=10.0)] = 0.0
+    nonlinearity: tuple[float, ...] = ()
+    stray_light: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    angle_noise: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
+
+
+class EmulatorSettings(Settings):
+    """The emulated rig.
+
+    Attributes
+    ----------
+    parameters : mapping of str to number or pairs
+        Of the model, by name; missing ones take its defaults.
+    scan : str
+        A Scan file to take the surface from instead (nearest direction), relative to the rig file.
+    direct_rate : float
+        Counts per second of the brightest pixel in the direct beam.
+    lamp_temperature : float
+        Of the lamp as a black body, K.
+    reference_power : float
+        What the reference detector sees, W.
+    dark_rate : float
+        Counts per second without light.
+    line_speed : bool
+        True: bytes travel at the line's speed; False: at once.
+    time_factor : float
+        Seconds of the rig that pass in one of ours.
+    seed : int
+        Of all noise and of random faults.
+    fault_rate : float
+        Share of exchanges with a fault.
+    faults : list of str
+        Names to choose from at random; all if empty.
+    """
+
+    model: str = DEFAULT_MODEL
+    parameters: dict[str, Spectral] = Field(default_factory=dict)
+    scan: str = ""
+    direct_rate: Annotated[float, Field(gt=0.0)] = 1.0e8
+    lamp_temperature: Annotated[float, Field(ge=1000.0, le=20000.0)] = 5500.0
+    reference_power: Annotated[float, Field(gt=0.0)] = 1.0e-3
+    dark_rate: Annotated[float, Field(ge=0.0)] = 20.0
+    line_speed: bool = True
+    time_factor: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+    seed: Annotated[int, Field(ge=0)] = 0
+    fault_rate: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
+    faults: tuple[str, ...] = ()
+    effects: EffectSettings = EffectSettings()
+
+    @model_validator(mode="after")
+    def _check(self) -> EmulatorSettings:
+        from clbrdf.rig.emulator.faults import check_names
+
+        try:
+            get_model(self.model).check_names(self.parameters)
+        except InputError as error:
+            raise ValueError(str(error)) from error
+        check_names(list(self.faults))
+        for name, value in self.parameters.items():
+            if isinstance(value, list):
+                places = [wavelength for wavelength, _ in value]
+                if not places or places != sorted(set(places)):
+                    raise ValueError(f"parameters.{name}: give pairs [nm, value] with increasing wavelengths")
+        return self

@@ -1,0 +1,123 @@
+"""Watch a measurement that runs in another process, from its segments."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from clbrdf.errors import InputError
+from clbrdf.rig.rawscan import read_raw
+from clbrdf.rig.row import POINT
+from clbrdf.rig.segment import Columns, read_header, read_rows
+from clbrdf.rig.store import log_path, run_folder, segments
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a measurement is.
+
+    Attributes
+    ----------
+    points, total : int
+        Committed points, and points in all.
+    rows : int
+        Committed rows of all kinds.
+    latest : str
+        Time of the latest row, ISO 8601 with zone; "" before the first.
+    remaining : float
+        Estimated seconds to the end; NaN while nothing is known.
+    events : int
+        Lines in the log.
+    is_complete : bool
+        The scan file itself is there.
+    """
+
+    points: int
+    total: int
+    rows: int
+    latest: str
+    remaining: float
+    events: int
+    is_complete: bool
+
+
+def progress_of(path: str | Path) -> Progress:
+    """Return how far the measurement for a scan file is, running, interrupted or complete.
+
+    Raises
+    ------
+    InputError
+        There is neither the scan file nor a measurement for it.
+    """
+    target = Path(path)
+    folder = run_folder(target)
+    if target.exists():
+        raw = read_raw(target)
+        count = len(raw.directions)
+        latest = bytes(raw.rows["time"][-1]).decode("ascii")
+        return Progress(
+            count, count, len(raw.rows["kind"]), latest, 0.0, len(raw.log.splitlines()), is_complete=True
+        )
+    try:
+        paths = segments(folder)
+        tables = [read_rows(segment) for segment in paths]
+        total = len(json.loads(read_header(paths[0])["route"])["theta_i"]) if paths else 0
+        events = len(log_path(folder).read_text(encoding="utf-8").splitlines())
+    except (InputError, FileNotFoundError):
+        if target.exists():  # it was completed while we looked
+            return progress_of(target)
+        if not folder.exists():
+            raise InputError(
+                f"{target}: no such file, and no measurement for it in {folder.name}; check the name"
+            ) from None
+        raise
+    return _running(tables, total, events)
+
+
+def _running(tables: list[Columns], total: int, events: int) -> Progress:
+    rows = sum(len(table["kind"]) for table in tables)
+    points = sum(int(np.count_nonzero(table["kind"] == POINT)) for table in tables)
+    latest, remaining = "", float("nan")
+    if tables and len(tables[-1]["kind"]):
+        table = tables[-1]
+        first, last = (bytes(table["time"][k]).decode("ascii") for k in (0, -1))
+        seconds = (datetime.fromisoformat(last) - datetime.fromisoformat(first)).total_seconds()
+        here = int(np.count_nonzero(table["kind"] == POINT))
+        latest = last
+        if here > 1:
+            remaining = seconds / here * (total - points)
+    return Progress(points, total, rows, latest, remaining, events, is_complete=False)
+
+
+def follow(path: str | Path, show: Callable[[Progress], None], interval: float = 1.0) -> Progress:
+    """Show the progress of a measurement again and again until it is complete; return the last.
+
+    Parameters
+    ----------
+    path : path
+        The scan file that is being measured.
+    show : callable
+        Told each time something has changed.
+    interval : float
+        Seconds between two looks.
+
+    Raises
+    ------
+    InputError
+        There is neither the scan file nor a measurement for it.
+    """
+    before: Progress | None = None
+    while True:
+        now = progress_of(path)
+        if now != before:
+            show(now)
+        if now.is_complete:
+            return now
+        before = now
+        time.sleep(interval)

@@ -1,0 +1,296 @@
+"""From a plan and a rig file to a scan file: lock, connect, acquire, join, calibrate, save."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf import __version__
+from clbrdf.errors import InputError
+from clbrdf.files import check_output
+from clbrdf.geometry import Directions
+from clbrdf.hdf5 import first_line
+from clbrdf.progress import Report, silent
+from clbrdf.rig.acquire import Acquisition
+from clbrdf.rig.budget import Budget
+from clbrdf.rig.calibrate import calibrate, grid_of, resampling, save_calibrated
+from clbrdf.rig.errors import InstrumentError
+from clbrdf.rig.eventlog import Event, EventLog, now_text
+from clbrdf.rig.instruments import Instruments, make_instruments
+from clbrdf.rig.planfile import Plan, load_plan
+from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
+from clbrdf.rig.rigfile import Rig, load_rig
+from clbrdf.rig.route import Route, plan_route
+from clbrdf.rig.row import SKIPPED
+from clbrdf.rig.segment import Columns, read_header, read_rows
+from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a measurement came to.
+
+    Attributes
+    ----------
+    points : int
+        In the scan.
+    skipped : int
+        Of them, at a limit switch.
+    left_out : int
+        Of the plan, because they cannot be reached.
+    events : int
+        Lines in the log.
+    """
+
+    points: int
+    skipped: int
+    left_out: int
+    events: int
+
+
+def never() -> None:
+    """Nobody asks to stop."""
+
+
+def measure(
+    plan_path: str | Path,
+    rig_path: str | Path,
+    output: str | Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    budget: Budget | None = None,
+    report: Report = silent,
+    show: Callable[[Event], None] | None = None,
+    check: Callable[[], None] = never,
+) -> Outcome:
+    """Measure a plan on a rig and write the absolute scan.
+
+    Parameters
+    ----------
+    plan_path, rig_path : path
+        TOML files.
+    output : path
+        The scan file; while it runs, its rows are in the folder `<output>.run`.
+    resume : bool
+        Go on with an interrupted measurement (or begin, where there is none).
+    overwrite : bool
+        Replace an existing scan file, or a measurement that was begun and not resumed.
+    budget : Budget, optional
+        For the uncertainties; the paper's if not given.
+    report, show : callable
+        Told the points done and in all; told each event of the log.
+    check : callable
+        Called between exchanges; raises `StoppedError` to stop cleanly.
+
+    Raises
+    ------
+    InputError
+        Files that cannot be used, before anything moves.
+    InstrumentError
+        An instrument that cannot be used; all rows so far are safe.
+    StorageError
+        The disk is full; all rows so far are safe.
+    StoppedError
+        From `check`.
+    """
+    plan, rig = load_plan(plan_path), load_rig(rig_path)
+    try:
+        route = plan_route(plan, rig)
+    except InputError as error:
+        raise InputError(f"{plan_path}: {error}") from error
+    chosen = budget or Budget()
+    target = check_output(output, overwrite=True)
+    with Lock(target):
+        folder = run_folder(target)
+        _tidy(target)
+        if resume and target.exists() and not overwrite:
+            return _finished(target, plan, rig, route, folder)
+        check_output(target, overwrite)
+        if folder.exists() and not resume:
+            if not overwrite:
+                raise InputError(
+                    f"{folder}: holds a measurement that was interrupted; go on with --resume,"
+                    " or start again with --overwrite"
+                )
+            _discard(folder)
+        folder.mkdir(exist_ok=True)
+        log = EventLog(log_path(folder), show)
+        word = "resumed" if segments(folder) else "new"
+        log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
+        for reason, count in route.unreachable.items():
+            log.add("rig", "left out", f"{count} points {reason}")
+        _acquire(plan, rig, route, folder, log, report, check)
+        raw = join(folder)
+        calibrated = calibrate(raw, chosen)
+        try:
+            save_calibrated(target, raw, calibrated, chosen, overwrite)
+        except (OSError, RuntimeError) as error:  # h5py raises both when the disk is full
+            raise InputError(
+                f"{target}: cannot be written ({first_line(error)}); all rows are safe in {folder}:"
+                " free some space, then go on with --resume"
+            ) from error
+        _discard(folder)
+    return _outcome(raw, route)
+
+
+def _outcome(raw: RawScan, route: Route) -> Outcome:
+    skipped = int(np.count_nonzero(raw.rows["flags"] & SKIPPED))
+    left_out = route.planned - len(route)
+    return Outcome(len(raw.directions), skipped, left_out, len(raw.log.splitlines()))
+
+
+def _finished(target: Path, plan: Plan, rig: Rig, route: Route, folder: Path) -> Outcome:
+    """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
+    raw = read_raw(target)
+    wanted = _header(plan, rig, None)
+    for key in ("plan", "rig"):
+        if raw.provenance.get(f"{key}_sha256") != wanted[f"{key}_fingerprint"]:
+            raise InputError(f"{target}: exists and was measured with another {key}; choose another name")
+    if folder.exists():
+        _discard(folder)
+    return _outcome(raw, route)
+
+
+def _tidy(target: Path) -> None:
+    """Remove what a killed process left half done; the lock is held, so nobody works on it."""
+    for part in target.parent.glob(f".{target.name}.*.part"):
+        part.unlink()
+    old = _old(run_folder(target))
+    if old.exists():
+        shutil.rmtree(old)
+
+
+def _old(folder: Path) -> Path:
+    return folder.with_name(f".{folder.name}.old")
+
+
+def _acquire(
+    plan: Plan,
+    rig: Rig,
+    route: Route,
+    folder: Path,
+    log: EventLog,
+    report: Report,
+    check: Callable[[], None],
+) -> None:
+    """Connect and measure what is missing."""
+    store = Store(folder, _header(plan, rig, route), rig.storage.keep_free)
+    if len(store.done) == len(route):
+        return
+    instruments = make_instruments(rig, log, check)
+    try:
+        store.header.update(_connect(instruments))
+        _check_same_spectrometer(store)
+        wavelength = np.array(json.loads(store.header["wavelength"]))
+        acquisition = Acquisition(instruments, plan, route, store, log, _window(wavelength, plan), check)
+        acquisition.run(report)
+    except InstrumentError as error:
+        if not segments(folder):
+            raise
+        done = f"{len(store.done)} of {len(route)} points are safe"
+        raise InstrumentError(f"{error}; {done}, go on with --resume") from error
+    finally:
+        instruments.make_safe()
+        instruments.close()
+        store.close()
+        if not segments(folder):
+            _discard(folder)
+
+
+def _connect(instruments: Instruments) -> dict[str, str]:
+    """Connect, and return what the instruments say of themselves, for the header of a segment."""
+    identity = instruments.connect()
+    spectrometer = instruments.spectrometer
+    pixel = np.arange(spectrometer.pixels, dtype=np.float64)
+    coefficients = spectrometer.get_wavelength_coefficients()
+    wavelength = np.polynomial.polynomial.polyval(pixel, coefficients)
+    return {
+        "instruments": identity,
+        "wavelength": json.dumps(wavelength.tolist()),
+        "nonlinearity": json.dumps(spectrometer.get_nonlinearity_coefficients().tolist()),
+        "begun": now_text(),
+    }
+
+
+def _check_same_spectrometer(store: Store) -> None:
+    """Raise InputError where the segments before came from another spectrometer."""
+    for path in segments(store.folder)[:1]:
+        found = read_header(path)
+        if any(found.get(key) != store.header[key] for key in ("wavelength", "nonlinearity")):
+            raise InputError(
+                f"{store.folder}: was begun with another spectrometer; connect that one for --resume"
+            )
+
+
+def _window(wavelength: npt.NDArray[np.float64], plan: Plan) -> slice:
+    """Pixels that the plan's grid uses; raises InputError where the spectrometer lacks some."""
+    weights = resampling(wavelength, grid_of(plan.wavelength), plan.wavelength.step)
+    used = np.nonzero(weights.sum(axis=0))[0]
+    return slice(int(used[0]), int(used[-1]) + 1)
+
+
+def _header(plan: Plan, rig: Rig, route: Route | None) -> dict[str, str]:
+    directions = {}
+    if route is not None:
+        d = route.directions
+        directions = {name: getattr(d, name).tolist() for name in ("theta_i", "theta_r", "phi")}
+    return {
+        "software": f"clbrdf {__version__}",
+        "plan": plan.model_dump_json(),
+        "rig": rig.model_dump_json(),
+        "plan_fingerprint": _hash(plan.model_dump_json()),
+        "rig_fingerprint": _hash(rig.fingerprint()),
+        "route": json.dumps(directions),
+    }
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _discard(folder: Path) -> None:
+    """Remove a folder; a kill half-way leaves it under a name that means nothing."""
+    folder.rename(_old(folder))
+    shutil.rmtree(_old(folder))
+
+
+def join(folder: Path) -> RawScan:
+    """Return all segments of a measurement as one record.
+
+    Raises
+    ------
+    InputError
+        A segment is damaged.
+    """
+    paths = segments(folder)
+    header = read_header(paths[0])
+    tables = [read_rows(path) for path in paths]
+    rows: Columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    route = json.loads(header["route"])
+    plan, rig = read_settings(header["plan"], header["rig"], paths[0])
+    return RawScan(
+        plan,
+        rig,
+        Directions(*(np.array(route[name]) for name in ("theta_i", "theta_r", "phi"))),
+        np.array(json.loads(header["wavelength"])),
+        np.array(json.loads(header["nonlinearity"])),
+        rows,
+        log_path(folder).read_text(encoding="utf-8"),
+        {
+            "software": header["software"],
+            "command": "measure",
+            "plan_sha256": header["plan_fingerprint"],
+            "rig_sha256": header["rig_fingerprint"],
+            "instruments": header["instruments"],
+            "begun": header["begun"],
+            "segments": str(len(paths)),
+        },
+    )

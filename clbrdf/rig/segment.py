@@ -1,0 +1,209 @@
+"""A segment file: rows streamed to HDF5 so that a kill loses nothing that was committed.
+
+What HDF5 does under a kill decides the order (docs/decisions/0011): everything is created first and the
+file takes its name only when it is in SWMR mode and synced; then each row is one chunk, its data is
+flushed before the counter of committed rows rises, and flush and fsync end the row. A file whose writer
+was killed opens with `swmr=True` only and is never written again: a resumed measurement starts the
+next segment. Each row carries a CRC, so that one torn by a power cut is not taken for whole.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+from clbrdf.hdf5 import FORMAT_VERSION, first_line
+from clbrdf.rig.errors import StorageError
+from clbrdf.rig.row import Row, checksum, columns, values_of
+
+if TYPE_CHECKING:
+    import h5py
+
+Columns = dict[str, npt.NDArray[Any]]
+
+CONTENT = "segment"
+
+
+class SegmentWriter:
+    """Appends rows to a new segment file; each is on the disk when `append` returns.
+
+    Attributes
+    ----------
+    path : Path
+    rows : int
+        Committed so far.
+    """
+
+    def __init__(self, path: Path, header: dict[str, str], pixels: int, keep_free: float) -> None:
+        import h5py
+
+        self.path = path
+        self.rows = 0
+        self.keep_free = keep_free
+        part = path.with_name(f".{path.name}.part")
+        part.unlink(missing_ok=True)
+        self._file: h5py.File | None = h5py.File(part, "x", libver="latest")
+        for key, value in {"content": CONTENT, "clbrdf_format": FORMAT_VERSION, **header}.items():
+            self._file.attrs[key] = value
+        self._sets = []
+        for column in columns(pixels):
+            self._sets.append(self._column(column.name, column.dtype, column.shape, column.units))
+        self._checks = self._column("crc", "<u4", (), "")
+        self._committed = self._file.create_dataset("committed", data=np.zeros(1, "<u8"))
+        self._file.swmr_mode = True
+        self._sync()
+        os.rename(part, path)
+        _sync_folder(path.parent)
+
+    def _column(self, name: str, dtype: str, shape: tuple[int, ...], units: str) -> h5py.Dataset:
+        assert self._file is not None
+        dataset = self._file.create_dataset(
+            name, (0, *shape), dtype, chunks=(1, *shape), maxshape=(None, *shape)
+        )
+        dataset.attrs["units"] = units
+        return dataset
+
+    def append(self, row: Row) -> int:
+        """Commit a row; return its place in this segment.
+
+        Raises
+        ------
+        StorageError
+            The disk is full, or nearly so; the rows before are safe.
+        """
+        if self._file is None:
+            raise StorageError(f"{self.path}: closed")
+        free = shutil.disk_usage(self.path.parent).free / 1e6
+        if free < self.keep_free:
+            raise StorageError(
+                f"{self.path.parent}: only {free:.0f} MB free, {self.keep_free:g} MB are to be kept;"
+                " free some space, then go on with --resume"
+            )
+        place, values = self.rows, values_of(row)
+        try:
+            for dataset, value in zip(self._sets, values, strict=True):
+                dataset.resize(place + 1, axis=0)
+                dataset[place] = value
+            self._checks.resize(place + 1, axis=0)
+            self._checks[place] = checksum(values)
+            self._file.flush()
+            self._committed[0] = place + 1
+            self._sync()
+        except (OSError, RuntimeError) as error:  # h5py raises both
+            self._abandon()
+            raise StorageError(
+                f"{self.path}: cannot be written ({_reason(error)}); the {place} rows before are safe:"
+                " free some space, then go on with --resume"
+            ) from error
+        self.rows = place + 1
+        return place
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            file, self._file = self._file, None
+            file.close()
+
+    def _abandon(self) -> None:
+        """Let go of a file that can no longer be written.
+
+        HDF5 would try to write its buffers again when it closes the file or the interpreter ends, and
+        crash. The null device takes them instead; what is on the disk stays as it is, and in SWMR mode
+        every state of it can be read.
+        """
+        assert self._file is not None
+        null = os.open(os.devnull, os.O_RDWR)
+        os.dup2(null, self._file.id.get_vfd_handle())
+        os.close(null)
+        with suppress(OSError, RuntimeError):
+            self.close()
+
+    def _sync(self) -> None:
+        assert self._file is not None
+        self._file.flush()
+        os.fsync(self._file.id.get_vfd_handle())
+
+
+def _reason(error: Exception) -> str:
+    """Return what HDF5 says about the system's error, or its first line."""
+    found = re.search(r"error message = '([^']*)'", str(error))
+    return found[1] if found else first_line(error)
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[h5py.File]:
+    import h5py
+
+    try:
+        file = h5py.File(path, "r", libver="latest", swmr=True)
+    except OSError as error:
+        raise InputError(f"{path}: damaged segment ({first_line(error)}); restore it from a copy") from error
+    with file:
+        if file.attrs.get("content") != CONTENT:
+            raise InputError(f"{path}: no segment of a measurement")
+        yield file
+
+
+def read_header(path: Path) -> dict[str, str]:
+    """Return what a segment was made with: plan, rig, instruments, as text.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no segment.
+    """
+    with _reading(path) as file:
+        return {key: str(value) for key, value in file.attrs.items()}
+
+
+def read_rows(path: Path) -> Columns:
+    """Return the committed rows of a segment, column by column; also of one that is being written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a committed row does not match its CRC.
+    """
+    with _reading(path) as file:
+        count = int(file["committed"][0])
+        pixels = file["counts"].shape[1]
+        table = columns(pixels)
+        rows: Columns = {column.name: file[column.name][:count] for column in table}
+        checks = file["crc"][:count]
+    for place in range(count):
+        # The slice keeps the type: a single string would lose its padding.
+        if checksum([rows[column.name][place : place + 1] for column in table]) == checks[place]:
+            continue
+        if place == count - 1:  # torn by a power cut between its data and the sync
+            return {name: values[:place] for name, values in rows.items()}
+        raise InputError(f"{path}: row {place} is damaged; restore the file from a copy")
+    return rows
+
+
+def count_rows(path: Path) -> int:
+    """Return how many rows of a segment are committed.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no segment.
+    """
+    with _reading(path) as file:
+        return int(file["committed"][0])
