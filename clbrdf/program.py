@@ -1,7 +1,7 @@
 """OpenCL programs: sources joined in Python, built once per device and variant.
 
 The text of a program is: constants of the variant (precision, lanes, the model's parameter and feature
-names), vectors and exp2, the model, the library files a job asks for, the job. Nothing is left to the
+names), vectors, exp2 and directions, the model, the library files a job asks for, the job. Nothing is left to the
 compiler's include path, which breaks on folders with a space; `#line` markers keep the file names in
 messages.
 """
@@ -115,6 +115,7 @@ def source_text(variant: Variant) -> str:
         constants_text(variant)
         + kernel_text("lib/vector.cl")
         + kernel_text("lib/exp2.cl")
+        + kernel_text("lib/direction.cl")
         + geometry_text(variant.model)
         + kernel_text(f"models/{variant.model.name}.cl")
         + library

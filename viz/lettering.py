@@ -1,0 +1,139 @@
+"""Words in a picture: on the screen in pixels, or as flat shapes for files that turn in a browser.
+
+Exported scenes hold geometry only, so there the labels are letters made of triangles that face the first
+camera position.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.viz.style import rgb
+
+FONT_FROM_FILE = 4
+"""VTK_FONT_FILE of vtkTextProperty.h."""
+
+
+def screen_text(
+    renderer: Any, text: str, place: tuple[float, float], size: int, anchor: str = "left", bold: bool = False
+) -> Any:
+    """Add a line or paragraph at a place in normalised viewport coordinates, top edge there; return it."""
+    from vtkmodules.vtkRenderingCore import vtkTextActor
+
+    actor = vtkTextActor()
+    actor.SetInput(text)
+    shape = actor.GetTextProperty()
+    _set_font(shape, size, bold=bold)
+    shape.SetVerticalJustificationToTop()
+    {"left": shape.SetJustificationToLeft, "right": shape.SetJustificationToRight}.get(
+        anchor, shape.SetJustificationToCentered
+    )()
+    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    actor.SetPosition(*place)
+    renderer.AddViewProp(actor)
+    return actor
+
+
+@cache
+def font_file(bold: bool = False) -> str:
+    """Return the path of DejaVu Sans as matplotlib brings it: VTK's own fonts have no Greek letters."""
+    import matplotlib
+
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    return str(Path(matplotlib.get_data_path(), "fonts", "ttf", name))
+
+
+def _set_font(shape: Any, size: int, colour: str = "#111111", bold: bool = False) -> None:
+    shape.SetFontFamily(FONT_FROM_FILE)
+    shape.SetFontFile(font_file(bold))
+    shape.SetFontSize(size)
+    shape.SetColor(*rgb(colour))
+
+
+class Lettering:
+    """Adds labels at world positions of one renderer.
+
+    Parameters
+    ----------
+    renderer : vtkRenderer
+    size : int
+        Height of the letters, pixels.
+    facing : (3, 3) array or None
+        Right, up and towards the viewer: labels become flat shapes that face this way. None keeps them on
+        the screen.
+    """
+
+    def __init__(self, renderer: Any, size: int, facing: npt.NDArray[np.float64] | None = None) -> None:
+        self.renderer, self.size, self.facing = renderer, size, facing
+
+    def add(self, text: str, position: npt.ArrayLike, colour: str = "#333333", anchor: str = "centre") -> Any:
+        """Add a label at a position; return its actor.
+
+        `anchor` names the part of the label that lies there: "centre", "left" or "right" end, or the middle
+        of the lower edge ("below").
+        """
+        actor = self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour)
+        self.move(actor, position)
+        actor.SetPickable(False)
+        self.renderer.AddActor(actor)
+        return actor
+
+    def move(self, actor: Any, position: npt.ArrayLike) -> None:
+        """Put a label of `add` elsewhere."""
+        where = np.asarray(position, dtype=float)
+        if self.facing is None:
+            actor.SetPosition(*where)
+            return
+        turn = actor.GetUserMatrix()
+        for row in range(3):
+            turn.SetElement(row, 3, float(where[row]))
+        actor.Modified()
+
+    def _screen(self, text: str, colour: str, anchor: str) -> Any:
+        from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
+
+        actor = vtkBillboardTextActor3D()
+        actor.SetInput(text)
+        shape = actor.GetTextProperty()
+        _set_font(shape, self.size, colour)
+        if anchor == "below":
+            shape.SetVerticalJustificationToBottom()
+        else:
+            shape.SetVerticalJustificationToCentered()
+        {"left": shape.SetJustificationToLeft, "right": shape.SetJustificationToRight}.get(
+            anchor, shape.SetJustificationToCentered
+        )()
+        return actor
+
+    def _shape(self, text: str, colour: str) -> Any:
+        import pyvista as pv
+        from vtkmodules.vtkCommonMath import vtkMatrix4x4
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+        from vtkmodules.vtkRenderingFreeType import vtkVectorText
+
+        assert self.facing is not None
+        letters = vtkVectorText()
+        # The built-in outlines know ASCII only.
+        plain = text.translate(str.maketrans({"°": " deg", "θ": "theta ", "φ": "phi", "×": "x", "–": "-"}))
+        letters.SetText(plain)
+        letters.Update()
+        flat = pv.wrap(letters.GetOutput())
+        flat.points -= np.array(flat.center)
+        flat.points *= 0.055
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputData(flat)
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        actor.GetProperty().SetColor(*rgb(colour))
+        actor.GetProperty().LightingOff()
+        turn = vtkMatrix4x4()
+        for column, axis in enumerate(self.facing):
+            for row in range(3):
+                turn.SetElement(row, column, float(axis[row]))
+        actor.SetUserMatrix(turn)
+        return actor

@@ -1,0 +1,261 @@
+"""A figure of lobes: panels side by side with one scale, its title, its key, and how it is redrawn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from clbrdf.device import Device
+from clbrdf.errors import InputError
+from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
+from clbrdf.viz.colour import chromatic_rgb, check_spectrum, colour_weights
+from clbrdf.viz.colour_bar import Key, value_paint
+from clbrdf.viz.lettering import Lettering, screen_text
+from clbrdf.viz.lobes import FittedLobe
+from clbrdf.viz.mesh import LobeMesh
+from clbrdf.viz.notes import clip_text, kind_of
+from clbrdf.viz.panel import Entry, Panel
+from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
+from clbrdf.viz.style import COLOUR_MODES, Look
+from clbrdf.viz.subject import drawing_limit
+
+MOST_PANELS = 9
+SMALLEST, LARGEST = 200, 8000
+"""Sides of a picture, pixels."""
+CAPTION_LINES = 4.2
+"""Height of a panel's caption, in letters."""
+
+
+def panel_places(count: int, width: float, height: float) -> list[tuple[float, float, float, float]]:
+    """Return (left, bottom, right, top) in [0, 1] of `count` panels in an area, with the largest lobes."""
+
+    def lobe_size(columns: int) -> float:
+        rows = math.ceil(count / columns)
+        return min(width / columns / HALF_WIDTH, height / rows / HALF_HEIGHT)
+
+    columns = max(range(1, count + 1), key=lobe_size)
+    rows = math.ceil(count / columns)
+    return [
+        (c / columns, 1.0 - (r + 1) / rows, (c + 1) / columns, 1.0 - r / rows)
+        for r, c in (divmod(k, columns) for k in range(count))
+    ]
+
+
+class Scene:
+    """Lobes of several entries, drawn.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        At most MOST_PANELS, unless laid over each other.
+    look : Look
+    size : (int, int)
+        Width and height, pixels.
+    overlay : bool
+        All lobes in one panel.
+    words : bool
+        Title, captions and key on the picture; a page that brings its own words leaves them out.
+    flat_labels : bool
+        Labels as shapes, for export to a browser.
+    off_screen : bool
+    area : (float, float, float, float)
+        Left, bottom, right, top of the panels in the window; the rest is for words and controls.
+    mesh : LobeMesh, optional
+        Instead of the one made for each lobe.
+    device : Device, optional
+    limit : float, optional
+        View zenith where meshes end, degrees; by default what data and angles need, at least 85.
+
+    Raises
+    ------
+    InputError
+        Too many panels, a size out of range, spectral colours asked of a scan that has none.
+    """
+
+    def __init__(
+        self,
+        entries: Sequence[Entry],
+        look: Look = Look(),  # noqa: B008 (immutable)
+        *,
+        size: tuple[int, int] = (1200, 900),
+        overlay: bool = False,
+        words: bool = True,
+        flat_labels: bool = False,
+        off_screen: bool = True,
+        area: tuple[float, float, float, float] = (0.0, 0.0, 0.89, 0.89),
+        mesh: LobeMesh | None = None,
+        device: Device | None = None,
+        limit: float | None = None,
+    ) -> None:
+        import pyvista as pv
+
+        if not all(SMALLEST <= side <= LARGEST for side in size):
+            raise InputError(f"size {size[0]}x{size[1]}: sides lie between {SMALLEST} and {LARGEST} pixels")
+        if len(entries) > MOST_PANELS:
+            raise InputError(f"{len(entries)} lobes in one picture; at most {MOST_PANELS} are legible")
+        self.look, self.size, self.overlay = look, size, overlay and len(entries) > 1
+        self._check(entries, look)
+        self.held: RadiusScale | None = None
+        self.scale = RadiusScale(look.radius, 1.0, 1e-3)
+        self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
+        groups = [list(entries)] if self.overlay else [[e] for e in entries]
+        self.area = area if words else (0.0, 0.0, 1.0, 1.0)
+        left, bottom, right, top = self.area
+        places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
+        self.plotter = pv.Plotter(
+            shape=(1, len(groups)), off_screen=off_screen, window_size=list(size), border=False
+        )
+        self._lay_background()
+        self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
+        self.view = View()
+        self.panels: list[Panel] = []
+        self._corners: list[tuple[float, float, int]] = []
+        for renderer, group, place in zip(self.plotter.renderers, groups, places, strict=True):
+            x0, x1 = (left + x * (right - left) for x in place[::2])
+            y0, y1 = (bottom + y * (top - bottom) for y in place[1::2])
+            letter = round(self.letter * min(1.0, max(0.75, (x1 - x0) * size[0] / 700.0)))
+            caption_height = CAPTION_LINES * letter / size[1] if words else 0.0
+            renderer.viewport = (x0, y0, x1, y1 - caption_height)
+            small = round((x1 - x0) * size[0]), round((y1 - y0 - caption_height) * size[1])
+            letters = Lettering(renderer, letter, self.view.axes if flat_labels else None)
+            self.panels.append(Panel(renderer, group, look, self.limit, letters, mesh, device))
+            self.view.apply(renderer.camera, *small)
+            renderer.camera_set = True
+            self._corners.append((x0 + 0.018, y1, letter))
+        self._words = words
+        self._front = self._front_renderer() if words else None
+        self.update()
+
+    @staticmethod
+    def _check(entries: Sequence[Entry], look: Look) -> None:
+        if look.radius not in RADIUS_MODES:
+            raise InputError(f"no radius is called {look.radius!r}; there are {', '.join(RADIUS_MODES)}")
+        if look.colour not in COLOUR_MODES:
+            raise InputError(f"no colour is called {look.colour!r}; there are {', '.join(COLOUR_MODES)}")
+        if look.colour == "spectrum":
+            for entry in entries:
+                if entry.minus is not None:
+                    raise InputError("a difference has no spectral colour; colour it by value")
+                check_spectrum(entry.subject.wavelength)
+
+    def _lay_background(self) -> None:
+        """Put a white renderer under everything: panels do not cover the window."""
+        from vtkmodules.vtkRenderingCore import vtkRenderer
+
+        self._ground = vtkRenderer()
+        self._ground.SetBackground(1.0, 1.0, 1.0)
+        self._ground.InteractiveOff()
+        window = self.plotter.render_window
+        window.SetNumberOfLayers(3)
+        for renderer in self.plotter.renderers:
+            renderer.SetLayer(1)
+        window.AddRenderer(self._ground)
+
+    def _front_renderer(self) -> Any:
+        """Return a renderer over the whole window, for the title and the key."""
+        from vtkmodules.vtkRenderingCore import vtkRenderer
+
+        front = vtkRenderer()
+        front.SetLayer(2)
+        front.InteractiveOff()
+        self.plotter.render_window.AddRenderer(front)
+        self._key = Key(front, self.letter)
+        self._title = screen_text(front, "", (0.018, 0.985), round(1.2 * self.letter), bold=True)
+        self._notes = screen_text(front, "", (0.018, 0.985 - 1.75 * self.letter / self.size[1]), self.letter)
+        self._captions = [screen_text(front, "", (x, y), letter) for x, y, letter in self._corners]
+        return front
+
+    def update(self) -> None:
+        """Evaluate, scale, shape, paint and word everything anew; drawing is left to the caller."""
+        values = [pair for panel in self.panels for pair in panel.evaluate()]
+        if self.held is None:
+            scales = [make_scale(self.look.radius, f, c, self.look.floor) for f, c in values]
+            self.scale = joined(scales) if scales else RadiusScale(self.look.radius, 1.0, 1e-3)
+        else:
+            self.scale = self.held
+        signed = self.panels[0].signed
+        finite = [f[np.isfinite(f) & (f > 0.0)] for f, _ in values]
+        some = [f for f in finite if f.size]
+        low = min((float(f.min()) for f in some), default=1e-3)
+        high = max((float(f.max()) for f in some), default=1.0)
+        if self.held is not None:
+            low, high = self.held.floor, self.held.top
+        paint = value_paint(max(low, self.scale.floor), high, signed)
+        by_value = self.look.colour == "value"
+        for panel in self.panels:
+            panel.draw(self.scale, paint if by_value else None)
+            if not by_value and not self.overlay:
+                self._paint_spectra(panel)
+        if self._words:
+            self._word(paint)
+
+    @staticmethod
+    def _paint_spectra(panel: Panel) -> None:
+        for lobe, there in zip(panel.lobes, panel.there, strict=True):
+            if there:
+                weights = colour_weights(panel.entries[0].subject.wavelength)
+                lobe.set_colours(chromatic_rgb(lobe.spectra() @ weights.T))
+
+    def _word(self, paint: Any) -> None:
+        for caption, panel in zip(self._captions, self.panels, strict=True):
+            caption.SetInput(panel.caption())
+        entries = [e for p in self.panels for e in p.entries]
+        self._title.SetInput(",  ".join(dict.fromkeys(e.name for e in entries)))
+        self._notes.SetInput("\n".join(self.notes()))
+        if self.overlay:
+            names = [(self._overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
+            self._key.show_names(names)
+        elif self.look.colour == "spectrum":
+            self._key.show_names([], "colour: hue of the spectrum\nin daylight D65")
+        else:
+            title = "difference\n(1/sr)" if paint.signed else "BRDF (1/sr)\nlog colours"
+            self._key.show_bar(paint, title)
+
+    def _overlay_name(self, entry: Entry) -> str:
+        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.wavelength[entry.column]:g} nm"
+
+    def notes(self) -> list[str]:
+        """Return what the whole figure says of itself: sources of the surfaces, radius, limit, missing values."""
+        lobes = [lobe for p in self.panels for lobe in p.lobes]
+        entries = [e for p in self.panels for e in p.entries]
+        kinds = dict.fromkeys(
+            kind_of(e.subject, isinstance(lobe, FittedLobe)) for e, lobe in zip(entries, lobes, strict=True)
+        )
+        radius = self.scale.title
+        if self.panels[0].signed:
+            radius = radius.replace("BRDF", "size of the difference")
+        out = [f"surface: {'; '.join(kinds)}.  {radius}" + (" (scale held)" if self.held else "")]
+        if any(isinstance(lobe, FittedLobe) for lobe in lobes):
+            wild = sum(int(np.count_nonzero(~np.isfinite(lobe.values))) for lobe in lobes)
+            out.append(clip_text(self.limit) + (f"; {wild} values beyond all bounds cut" if wild else ""))
+        if any(p.marks and p.marks[0].model is not None for p in self.panels):
+            out[-1] += ".  whiskers: measured above (orange), below (blue) the model"
+        return out
+
+    def set(self, wavelength: float | None = None, theta_i: float | None = None) -> None:
+        """Go to another wavelength (nm) or incident zenith (degrees) in every panel and redraw the shapes."""
+        for panel in self.panels:
+            panel.set(wavelength, theta_i)
+        self.update()
+
+    def restyle(self, **changes: Any) -> None:
+        """Change the look: radius, colour or floor.
+
+        Raises
+        ------
+        InputError
+            The scan has no spectral colour.
+        """
+        look = replace(self.look, **changes)
+        self._check([e for p in self.panels for e in p.entries], look)
+        self.look = look
+        self.held = None
+        self.update()
+
+    def close(self) -> None:
+        """Free the window."""
+        self.plotter.close()
