@@ -75,7 +75,8 @@ def objective(model_values: Array, scan: Scan, weights: Array) -> Array:
     """E of (13), (W,): Σ g (f_model − f)² / Σ g f²; NaN where no value is usable."""
     scale = residual_scale(scan, weights)
     residual = np.where(scale > 0.0, scale * (model_values - scan.brdf), 0.0)
-    return np.where((scale > 0.0).any(axis=0), (residual**2).sum(axis=0), np.nan)
+    total: Array = (residual**2).sum(axis=0)
+    return np.where((scale > 0.0).any(axis=0), total, np.nan)
 
 
 def relative_rms(model_values: Array, scan: Scan, rows: npt.NDArray[np.bool_] | slice = slice(None)) -> Array:
@@ -84,7 +85,8 @@ def relative_rms(model_values: Array, scan: Scan, rows: npt.NDArray[np.bool_] | 
     zero = np.zeros_like(measured)
     ratio = np.divide(model_values[rows] - measured, measured, out=zero, where=usable)
     with np.errstate(invalid="ignore"):
-        return np.sqrt((ratio**2).sum(axis=0) / usable.sum(axis=0))
+        rms: Array = np.sqrt((ratio**2).sum(axis=0) / usable.sum(axis=0))
+    return rms
 
 
 def relative_rms_by_incident_angle(model_values: Array, scan: Scan) -> Array:

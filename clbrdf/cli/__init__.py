@@ -12,6 +12,10 @@ from clbrdf import __version__
 from clbrdf.errors import ClbrdfError
 
 COMMANDS = {
+    "demo": "run the main job end to end",
+    "import": "bring a measured file into a scan",
+    "info": "show what is in a scan or fit",
+    "fit": "fit the model at every wavelength",
     "evaluate": "print model values as a table",
     "devices": "list the OpenCL devices and the one chosen",
 }

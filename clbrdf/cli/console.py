@@ -29,17 +29,26 @@ def stderr_console() -> Console:
     return Console(stderr=True, highlight=False, emoji=False, markup=False)
 
 
-def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
-    """Print a table; the first `left` columns are set to the left, numbers to the right."""
-    console = stdout_console()
+def make_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> Table:
+    """Return a table; the first `left` columns are set to the left, numbers to the right."""
     table = Table(
-        title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False
+        title=title or None,
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 0, 0, 1),
+        pad_edge=False,
     )
     for place, name in enumerate(columns):
         table.add_column(name, justify="left" if place < left else "right", no_wrap=place >= left)
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    return table
+
+
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
+    """Print a table made by `make_table`."""
+    stdout_console().print(make_table(title, columns, rows, left))
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -66,3 +66,22 @@ def parameter_map(texts: list[str]) -> dict[str, float]:
         if not equals:
             raise InputError(f"--param {text!r}: write name=number, as in --param ks=451.8")
     return values
+
+
+def pair_map(texts: list[str]) -> dict[str, tuple[float, float]]:
+    """Read "d=0.2:2" texts, several of them possibly joined by commas.
+
+    Raises
+    ------
+    InputError
+        A text of another form.
+    """
+    pairs: dict[str, tuple[float, float]] = {}
+    for text in ",".join(texts).split(",") if texts else []:
+        name, _, limits = (word.strip() for word in text.partition("="))
+        try:
+            lower, upper = (float(word) for word in limits.split(":"))
+        except ValueError:
+            raise InputError(f"--bounds {text!r}: write name=lower:upper, as in --bounds d=0.5:1") from None
+        pairs[name] = (lower, upper)
+    return pairs

@@ -93,7 +93,7 @@ def fit(
     parts = []
     for k, block in enumerate(blocks):
         problem = make_problem(scan.columns(block), g[:, block], chosen, limits, where)
-        found = search(problem, rules, seed, lambda done, _, k=k: report(k * rules.levels + done, total))
+        found = search(problem, rules, seed, _part_of(report, k * rules.levels, total))
         parts.append((found, polish(problem, found.coordinates)))
     provenance = {
         "weights": weights if isinstance(weights, str) else "user",
@@ -112,3 +112,8 @@ def fit(
         provenance=provenance,
         start=start,
     )
+
+
+def _part_of(report: Report, before: int, total: int) -> Report:
+    """Return a report for one part of the work that tells of the whole."""
+    return lambda done, _: report(before + done, total)

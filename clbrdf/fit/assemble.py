@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,7 @@ from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_a
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
+T = TypeVar("T", bound=np.generic)
 
 BOUND_TOLERANCE = 1e-9
 """A coordinate this near its limit, as a share of its range, is at the limit."""
@@ -66,7 +68,7 @@ def assemble(
         sigma[place] = result.sigma
         status[place] = _status(bool(converged[k]), result.determined, bool(at_bound[k].any()))
 
-    def spread(values: Array, fill: float) -> Array:
+    def spread(values: npt.NDArray[T], fill: float) -> npt.NDArray[T]:
         out = np.full(w, fill, dtype=values.dtype)
         out[fitted] = values
         return out

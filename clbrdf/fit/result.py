@@ -209,15 +209,3 @@ def _read(entry: h5py.Group) -> Fit:
         provenance=hdf5.read_mapping(group, "provenance"),
         **arrays,
     )
-
-
-def table_rows(fit: Fit) -> tuple[list[str], list[list[float]]]:
-    """Return names and rows of the table of a fit: wavelength, parameters, E, σ_r per incident angle.
-
-    Columns as the paper's Tables 1 and 2; σ_r in percent.
-    """
-    angles = [f"σr {angle:g}° (%)" for angle in fit.scan.incident_angles]
-    columns = np.column_stack(
-        [fit.wavelength, fit.vector, fit.objective, 100.0 * fit.relative_rms_by_incident_angle.T]
-    )
-    return ["λ (nm)", *fit.model.names, "E", *angles], columns.tolist()

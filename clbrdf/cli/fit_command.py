@@ -1,0 +1,115 @@
+"""`clbrdf fit`: the model at every wavelength."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from clbrdf import __version__
+from clbrdf.cli.console import progress_bar
+from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
+from clbrdf.cli.summary import print_fit
+from clbrdf.device import choose_device
+from clbrdf.files import check_output, sha256, whole_text
+from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.weights_file import read_weights
+from clbrdf.models import DEFAULT_MODEL
+from clbrdf.objective import WEIGHTS
+from clbrdf.scan import Scan
+
+
+def command(
+    scan: Path,
+    /,
+    *,
+    output: Output,
+    method: str = METHODS[0],
+    seed: int = 0,
+    weights: str = WEIGHTS[0],
+    bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
+    model: str = DEFAULT_MODEL,
+    chains: int | None = None,
+    levels: int | None = None,
+    device: DeviceName = None,
+    json: JsonFile = None,
+    all_rows: Annotated[bool, Parameter(negative="")] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Fit the model at every wavelength of a scan; print the table and write the fit.
+
+    Parameters
+    ----------
+    scan
+        scan file
+    method
+        auto or anneal
+    seed
+        of the random numbers; the same seed gives the same file, byte for byte
+    weights
+        none (as the paper), relative (1/f²), sigma (1/σ² of the scan), or a CSV file with columns
+        theta_i_deg, theta_r_deg, dphi_deg, weight
+    bounds
+        name=lower:upper in place of the model's limits, as often as needed
+    model
+        name of the model
+    chains
+        annealing chains a wavelength
+    levels
+        temperature levels
+    all_rows
+        print every wavelength, however many
+    """
+    target = check_output(output, overwrite)
+    if json is not None:
+        check_output(json, overwrite)
+    measured = Scan.open(scan)
+    given = {name: value for name, value in (("chains", chains), ("levels", levels)) if value is not None}
+    with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
+        result = fit(
+            measured,
+            method=method,
+            seed=seed,
+            weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
+            bounds=pair_map(bounds),
+            model=model,
+            settings=replace(Settings(), **given),
+            device=choose_device(device),
+            report=report,
+        )
+    made = {"version": __version__, "input": scan.name, "input_sha256": sha256(scan)}
+    result = replace(result, provenance={**made, **result.provenance, "weights": weights})
+    result.save(target, overwrite)
+    if json is not None:
+        whole_text(json, fit_content(result), overwrite)
+    print_fit(str(target), result, all_rows)
+
+
+def fit_content(fit: Fit) -> dict[str, Any]:
+    """Return a fit as plain values for JSON; NaN and infinite values become null there."""
+    scan = fit.scan
+    return {
+        "sample": scan.sample,
+        "model": fit.model.name,
+        "method": fit.method,
+        "seed": fit.seed,
+        "device": fit.device,
+        "seconds": fit.seconds,
+        "provenance": dict(fit.provenance),
+        "bounds": dict(zip(fit.model.names, fit.bounds.tolist(), strict=True)),
+        "incident_angles": scan.incident_angles.tolist(),
+        "wavelength": scan.wavelength.tolist(),
+        "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
+        "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
+        "objective": fit.objective.tolist(),
+        "relative_rms": fit.relative_rms.tolist(),
+        "relative_rms_by_incident_angle": fit.relative_rms_by_incident_angle.T.tolist(),
+        "status": fit.status.tolist(),
+        "evaluations": fit.evaluations.tolist(),
+        "acceptance": fit.acceptance.tolist(),
+        "not_finite": fit.not_finite.tolist(),
+        "masked": np.count_nonzero(scan.mask, axis=0).tolist(),
+    }

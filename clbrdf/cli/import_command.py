@@ -1,0 +1,32 @@
+"""`clbrdf import`: a measured file into a scan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from clbrdf.cli.options import Output, Overwrite
+from clbrdf.cli.summary import print_scan
+from clbrdf.files import check_output
+from clbrdf.formats.columns import read_columns
+
+
+def command(
+    files: list[Path], /, *, output: Output, sample: str | None = None, overwrite: Overwrite = False
+) -> None:
+    """Read measured BRDF from CSV files into one scan file.
+
+    Columns, in any order and case, units in the names: wavelength_nm, theta_i_deg, theta_r_deg, dphi_deg
+    (180 is forward), fr_per_sr; optional fr_std_per_sr, sample, flag. Flagged, missing, zero, negative
+    and non-finite values are kept, masked and counted.
+
+    Parameters
+    ----------
+    files
+        CSV files that together hold the scan
+    sample
+        which sample to take, where the files hold several
+    """
+    target = check_output(output, overwrite)
+    scan = read_columns(files, sample)
+    scan.save(target, overwrite)
+    print_scan(str(target), scan)
