@@ -27,11 +27,14 @@ class View:
         Degrees above the ground.
     centre : (float, float, float)
         World point in the middle of the picture.
+    room : float
+        How much larger than the lobe's surroundings the picture is.
     """
 
     azimuth: float = 16.0
     elevation: float = 24.0
     centre: tuple[float, float, float] = (-0.1, 0.0, 0.38)
+    room: float = 1.0
 
     @property
     def axes(self) -> Array:
@@ -43,7 +46,7 @@ class View:
 
     def half_height(self, width: int, height: int) -> float:
         """World length from the middle to the upper edge of a picture of a size in pixels."""
-        return max(HALF_HEIGHT, HALF_WIDTH * height / width)
+        return self.room * max(HALF_HEIGHT, HALF_WIDTH * height / width)
 
     def apply(self, camera: Any, width: int, height: int) -> None:
         """Set a VTK camera for a picture of a size in pixels."""
@@ -55,3 +58,20 @@ class View:
         camera.SetViewUp(*up)
         camera.SetParallelScale(self.half_height(width, height))
         camera.SetClippingRange(1.0, 12.0)
+
+
+def project(renderer: Any, points: npt.ArrayLike) -> Array:
+    """Pixels (K, 2) from the lower left corner of the window of world points (K, 3) in a VTK renderer."""
+    world = np.asarray(points, dtype=float).reshape(-1, 3)
+    matrix = renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(
+        renderer.GetTiledAspectRatio(), -1.0, 1.0
+    )
+    rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    clip = np.column_stack([world, np.ones(len(world))]) @ rows.T
+    place = (clip[:, :2] / clip[:, 3:] + 1.0) / 2.0
+    size, origin = np.array(renderer.GetSize()), np.array(renderer.GetOrigin())
+    return np.asarray(origin + place * size)
+
+
+PAGE_VIEW = View(centre=(-0.1, 0.0, 0.5), room=1.15)
+"""For a page of unknown shape, with its own words above the lobe."""

@@ -32,15 +32,15 @@ class ValuePaint:
         f = np.asarray(values)
         if self.signed:
             return np.asarray(np.clip(0.5 + 0.5 * f / self.high, 0.0, 1.0))
-        span = np.log(self.high / self.low)
-        with np.errstate(divide="ignore"):
-            logs = np.log(np.maximum(np.nan_to_num(f, posinf=self.high), self.low) / f.dtype.type(self.low))
-        return np.asarray(np.clip(logs / f.dtype.type(span), 0.0, 1.0))
+        low, high, number = self.low, self.high, f.dtype.type
+        inside = np.fmin(np.fmax(f, number(low)), number(high))
+        return np.asarray(np.log(inside * number(1.0 / low)) * number(1.0 / np.log(high / low)))
 
     def __call__(self, values: npt.NDArray[np.floating]) -> Colours:
         """Colours (..., 3) of values (...) in 1/sr."""
         table = colour_table(DIFFERENCE_MAP if self.signed else VALUE_MAP)
-        return np.asarray(table[(255.0 * self.position(values)).astype(np.uint8)])
+        places = np.clip(255.0 * self.position(values), 0.0, 255.0).astype(np.uint8)
+        return np.asarray(table.take(places, axis=0))
 
     def ticks(self) -> list[tuple[float, str]]:
         """Places and labels on the bar."""

@@ -17,6 +17,8 @@ from clbrdf.viz.style import rgb
 
 FONT_FROM_FILE = 4
 """VTK_FONT_FILE of vtkTextProperty.h."""
+LETTER_LENGTH = 0.042
+"""Height of flat letters where a lobe has length 1."""
 
 
 def screen_text(
@@ -70,6 +72,7 @@ class Lettering:
 
     def __init__(self, renderer: Any, size: int, facing: npt.NDArray[np.float64] | None = None) -> None:
         self.renderer, self.size, self.facing = renderer, size, facing
+        self._anchors: dict[Any, str] = {}
 
     def add(self, text: str, position: npt.ArrayLike, colour: str = "#333333", anchor: str = "centre") -> Any:
         """Add a label at a position; return its actor.
@@ -77,11 +80,19 @@ class Lettering:
         `anchor` names the part of the label that lies there: "centre", "left" or "right" end, or the middle
         of the lower edge ("below").
         """
-        actor = self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour)
+        actor = self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour, anchor)
+        self._anchors[actor] = anchor
         self.move(actor, position)
         actor.SetPickable(False)
         self.renderer.AddActor(actor)
         return actor
+
+    def write(self, actor: Any, text: str) -> None:
+        """Change the words of a label of `add`."""
+        if self.facing is None:
+            actor.SetInput(text)
+        else:
+            actor.GetMapper().SetInputData(_letters(text, self._anchors[actor]))
 
     def move(self, actor: Any, position: npt.ArrayLike) -> None:
         """Put a label of `add` elsewhere."""
@@ -110,23 +121,13 @@ class Lettering:
         )()
         return actor
 
-    def _shape(self, text: str, colour: str) -> Any:
-        import pyvista as pv
+    def _shape(self, text: str, colour: str, anchor: str) -> Any:
         from vtkmodules.vtkCommonMath import vtkMatrix4x4
         from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-        from vtkmodules.vtkRenderingFreeType import vtkVectorText
 
         assert self.facing is not None
-        letters = vtkVectorText()
-        # The built-in outlines know ASCII only.
-        plain = text.translate(str.maketrans({"°": " deg", "θ": "theta ", "φ": "phi", "×": "x", "–": "-"}))
-        letters.SetText(plain)
-        letters.Update()
-        flat = pv.wrap(letters.GetOutput())
-        flat.points -= np.array(flat.center)
-        flat.points *= 0.055
         mapper = vtkPolyDataMapper()
-        mapper.SetInputData(flat)
+        mapper.SetInputData(_letters(text, anchor))
         actor = vtkActor()
         actor.SetMapper(mapper)
         actor.GetProperty().SetColor(*rgb(colour))
@@ -137,3 +138,22 @@ class Lettering:
                 turn.SetElement(row, column, float(axis[row]))
         actor.SetUserMatrix(turn)
         return actor
+
+
+def _letters(text: str, anchor: str) -> Any:
+    """Return a word as triangles, anchored at the origin."""
+    import pyvista as pv
+    from vtkmodules.vtkRenderingFreeType import vtkVectorText
+
+    letters = vtkVectorText()
+    # The built-in outlines know ASCII only.
+    letters.SetText(
+        text.translate(str.maketrans({"°": " deg", "θ": "theta ", "φ": "phi", "×": "x", "–": "-"}))
+    )
+    letters.Update()
+    flat = pv.wrap(letters.GetOutput())
+    left, right, low, high, _, _ = flat.bounds
+    across = {"left": left, "right": right}.get(anchor, (left + right) / 2.0)
+    flat.points -= np.array([across, low if anchor == "below" else (low + high) / 2.0, 0.0])
+    flat.points *= LETTER_LENGTH
+    return flat

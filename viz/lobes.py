@@ -93,9 +93,9 @@ class FittedLobe:
         self.polydata.point_data["Normals"] = self._normals.reshape(-1, 3)
         self.polydata.point_data["colour"] = self._colours.reshape(-1, 3)
         # The arrays that VTK holds; writing to them changes what is drawn.
-        self._points = self.polydata.points.reshape(*grid, 3)
-        self._normals = self.polydata.point_data["Normals"].reshape(*grid, 3)
-        self._colours = self.polydata.point_data["colour"].reshape(*grid, 3)
+        self._points = np.asarray(self.polydata.points).reshape(*grid, 3)
+        self._normals = np.asarray(self.polydata.point_data["Normals"]).reshape(*grid, 3)
+        self._colours = np.asarray(self.polydata.point_data["colour"]).reshape(*grid, 3)
         self.polydata.GetPointData().SetNormals(self.polydata.GetPointData().GetArray("Normals"))
         self.polydata.GetPointData().SetActiveScalars("colour")
 

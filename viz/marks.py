@@ -40,6 +40,7 @@ class Marks:
 
         self.subject = subject
         self.points, self.whiskers = pv.PolyData(), pv.PolyData()
+        self._actors = []
         for data in (self.whiskers, self.points):
             mapper = vtkPolyDataMapper()
             mapper.SetInputData(data)
@@ -55,10 +56,21 @@ class Marks:
             actor.GetProperty().LightingOff()
             actor.PickableOff()
             renderer.AddActor(actor)
+            self._actors.append(actor)
         self.rows: npt.NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         self.masked = 0
         self.column = 0
         self.positions = np.zeros((0, 3))
+
+    @property
+    def visible(self) -> bool:
+        """Whether they are drawn."""
+        return bool(self._actors[0].GetVisibility())
+
+    @visible.setter
+    def visible(self, shown: bool) -> None:
+        for actor in self._actors:
+            actor.SetVisibility(shown)
 
     def find(self, column: int, theta_i: float) -> None:
         """Look up the directions measured at an incident zenith (degrees) and count the masked values."""
@@ -105,7 +117,7 @@ class Marks:
                 np.vstack([self.positions, ends]).astype(np.float32), lines=pairs.ravel()
             )
             colours = np.where((measured > model)[:, None], ABOVE, BELOW).astype(np.uint8)
-            whiskers.cell_data["colour"] = colours
-            whiskers.GetCellData().SetActiveScalars("colour")
+            whiskers.point_data["colour"] = np.vstack([colours, colours])
+            whiskers.GetPointData().SetActiveScalars("colour")
         self.points.shallow_copy(points)
         self.whiskers.shallow_copy(whiskers)

@@ -45,7 +45,9 @@ class RadiusScale:
 
         Values that are not finite end at the top; the picture says how many there are.
         """
-        f = np.nan_to_num(np.asarray(values), nan=0.0, posinf=self.top, neginf=0.0)
+        f = np.asarray(values)
+        if not np.isfinite(f).all():
+            f = np.nan_to_num(f, nan=0.0, posinf=self.top, neginf=0.0)
         if self.mode == "linear":
             return np.asarray(f * f.dtype.type(1.0 / self.top))
         if self.mode == "cosine":

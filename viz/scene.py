@@ -11,7 +11,7 @@ import numpy as np
 
 from clbrdf.device import Device
 from clbrdf.errors import InputError
-from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
+from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
 from clbrdf.viz.colour import chromatic_rgb, check_spectrum, colour_weights
 from clbrdf.viz.colour_bar import Key, value_paint
 from clbrdf.viz.lettering import Lettering, screen_text
@@ -26,6 +26,7 @@ from clbrdf.viz.subject import drawing_limit
 MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
 """Sides of a picture, pixels."""
+STILL_SAMPLES, MOVING_SAMPLES = 4, 0
 CAPTION_LINES = 4.2
 """Height of a panel's caption, in letters."""
 
@@ -67,6 +68,10 @@ class Scene:
     mesh : LobeMesh, optional
         Instead of the one made for each lobe.
     device : Device, optional
+    inset : (float, float, float, float), optional
+        Left, bottom, right, top of one more renderer, `Scene.inset`, for a chart.
+    samples : int
+        Samples a pixel against jagged edges; 0 is two to three times faster in software rendering.
     limit : float, optional
         View zenith where meshes end, degrees; by default what data and angles need, at least 85.
 
@@ -90,6 +95,8 @@ class Scene:
         mesh: LobeMesh | None = None,
         device: Device | None = None,
         limit: float | None = None,
+        inset: tuple[float, float, float, float] | None = None,
+        samples: int = STILL_SAMPLES,
     ) -> None:
         import pyvista as pv
 
@@ -101,20 +108,31 @@ class Scene:
         self._check(entries, look)
         self.held: RadiusScale | None = None
         self.scale = RadiusScale(look.radius, 1.0, 1e-3)
+        self.paint = value_paint(1e-3, 1.0, False)
         self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
         groups = [list(entries)] if self.overlay else [[e] for e in entries]
         self.area = area if words else (0.0, 0.0, 1.0, 1.0)
         left, bottom, right, top = self.area
         places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
         self.plotter = pv.Plotter(
-            shape=(1, len(groups)), off_screen=off_screen, window_size=list(size), border=False
+            shape=(1, len(groups) + (inset is not None)), off_screen=off_screen, window_size=list(size), border=False
         )
-        self._lay_background()
+        self.plotter.render_window.SetMultiSamples(samples)
+        self.ground: Any = None
+        if flat_labels:
+            # A browser finds the renderer under the mouse by its layer: panels only.
+            self.plotter.set_background("white")
+        else:
+            self._lay_background()
         self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
-        self.view = View()
+        self.view = PAGE_VIEW if flat_labels else View()
         self.panels: list[Panel] = []
-        self._corners: list[tuple[float, float, int]] = []
-        for renderer, group, place in zip(self.plotter.renderers, groups, places, strict=True):
+        self._sizes: list[tuple[int, int]] = []
+        self.corners: list[tuple[float, float, int]] = []
+        self.inset = self.plotter.renderers[len(groups)] if inset is not None else None
+        if self.inset is not None and inset is not None:
+            self.inset.viewport = inset
+        for renderer, group, place in zip(self.plotter.renderers, groups, places, strict=False):
             x0, x1 = (left + x * (right - left) for x in place[::2])
             y0, y1 = (bottom + y * (top - bottom) for y in place[1::2])
             letter = round(self.letter * min(1.0, max(0.75, (x1 - x0) * size[0] / 700.0)))
@@ -123,11 +141,12 @@ class Scene:
             small = round((x1 - x0) * size[0]), round((y1 - y0 - caption_height) * size[1])
             letters = Lettering(renderer, letter, self.view.axes if flat_labels else None)
             self.panels.append(Panel(renderer, group, look, self.limit, letters, mesh, device))
+            self._sizes.append(small)
             self.view.apply(renderer.camera, *small)
             renderer.camera_set = True
-            self._corners.append((x0 + 0.018, y1, letter))
+            self.corners.append((x0 + 0.018, y1, letter))
         self._words = words
-        self._front = self._front_renderer() if words else None
+        self.front = self._front_renderer() if words else None
         self.update()
 
     @staticmethod
@@ -146,14 +165,14 @@ class Scene:
         """Put a white renderer under everything: panels do not cover the window."""
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
-        self._ground = vtkRenderer()
-        self._ground.SetBackground(1.0, 1.0, 1.0)
-        self._ground.InteractiveOff()
+        self.ground = vtkRenderer()
+        self.ground.SetBackground(1.0, 1.0, 1.0)
+        self.ground.InteractiveOff()
         window = self.plotter.render_window
         window.SetNumberOfLayers(3)
         for renderer in self.plotter.renderers:
             renderer.SetLayer(1)
-        window.AddRenderer(self._ground)
+        window.AddRenderer(self.ground)
 
     def _front_renderer(self) -> Any:
         """Return a renderer over the whole window, for the title and the key."""
@@ -166,7 +185,8 @@ class Scene:
         self._key = Key(front, self.letter)
         self._title = screen_text(front, "", (0.018, 0.985), round(1.2 * self.letter), bold=True)
         self._notes = screen_text(front, "", (0.018, 0.985 - 1.75 * self.letter / self.size[1]), self.letter)
-        self._captions = [screen_text(front, "", (x, y), letter) for x, y, letter in self._corners]
+        self._foot = screen_text(front, "", (0.018, 2.0 * self.letter / self.size[1]), self.letter)
+        self._captions = [screen_text(front, "", (x, y), letter) for x, y, letter in self.corners]
         return front
 
     def update(self) -> None:
@@ -184,14 +204,14 @@ class Scene:
         high = max((float(f.max()) for f in some), default=1.0)
         if self.held is not None:
             low, high = self.held.floor, self.held.top
-        paint = value_paint(max(low, self.scale.floor), high, signed)
+        self.paint = value_paint(max(low, self.scale.floor), high, signed)
         by_value = self.look.colour == "value"
         for panel in self.panels:
-            panel.draw(self.scale, paint if by_value else None)
+            panel.draw(self.scale, self.paint if by_value else None)
             if not by_value and not self.overlay:
                 self._paint_spectra(panel)
         if self._words:
-            self._word(paint)
+            self._word()
 
     @staticmethod
     def _paint_spectra(panel: Panel) -> None:
@@ -200,22 +220,27 @@ class Scene:
                 weights = colour_weights(panel.entries[0].subject.wavelength)
                 lobe.set_colours(chromatic_rgb(lobe.spectra() @ weights.T))
 
-    def _word(self, paint: Any) -> None:
+    def _word(self) -> None:
         for caption, panel in zip(self._captions, self.panels, strict=True):
             caption.SetInput(panel.caption())
         entries = [e for p in self.panels for e in p.entries]
         self._title.SetInput(",  ".join(dict.fromkeys(e.name for e in entries)))
         self._notes.SetInput("\n".join(self.notes()))
         if self.overlay:
-            names = [(self._overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
+            names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
             self._key.show_names(names)
         elif self.look.colour == "spectrum":
             self._key.show_names([], "colour: hue of the spectrum\nin daylight D65")
         else:
-            title = "difference\n(1/sr)" if paint.signed else "BRDF (1/sr)\nlog colours"
-            self._key.show_bar(paint, title)
+            self._key.show_bar(self.paint, self.key_title)
 
-    def _overlay_name(self, entry: Entry) -> str:
+    @property
+    def key_title(self) -> str:
+        """Title of the colour bar."""
+        return "difference\n(1/sr)" if self.panels[0].signed else "BRDF (1/sr)\nlog colours"
+
+    def overlay_name(self, entry: Entry) -> str:
+        """Name of one of several lobes in one panel."""
         return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.wavelength[entry.column]:g} nm"
 
     def notes(self) -> list[str]:
@@ -255,6 +280,20 @@ class Scene:
         self.look = look
         self.held = None
         self.update()
+
+    def render(self) -> None:
+        """Draw the window."""
+        self.plotter.render_window.Render()
+
+    def say(self, text: str) -> None:
+        """Put a line at the foot of the picture."""
+        if self._words:
+            self._foot.SetInput(text)
+
+    def first_view(self) -> None:
+        """Put all cameras back to where they began."""
+        for panel, size in zip(self.panels, self._sizes, strict=True):
+            self.view.apply(panel.renderer.camera, *size)
 
     def close(self) -> None:
         """Free the window."""

@@ -88,7 +88,7 @@ class Stage:
             for azimuth in ((0.0, 180.0) if t else (0.0,))
         ]
         for azimuth, text in ((0, "φ 0°"), (90, "φ 90°"), (180, "φ 180°"), (270, "φ 270°")):
-            self.letters.add(text, 1.13 * unit_vectors(90.0, azimuth), GREY)
+            self.letters.add(text, (1.13 if azimuth else 1.11) * unit_vectors(90.0, azimuth), GREY, "below")
         for t in (30.0, 60.0):
             self.letters.add(f"{t:g}°", np.sin(np.deg2rad(t)) * unit_vectors(90.0, 75.0), GREY, "below")
 
@@ -116,19 +116,24 @@ class Stage:
         self._drawn = state
 
     def _show_bar(self, scale: RadiusScale, signed: bool) -> None:
-        for label in self._bar_labels:
-            self.renderer.RemoveActor(label)
         ticks = scale.ticks()
         up = np.array([0.0, 0.0, 1.0])
         bar = [np.vstack([BAR_PLACE, BAR_PLACE + up])]
         bar += [np.vstack([BAR_PLACE + r * up, BAR_PLACE + r * up - [BAR_TICK, 0.0, 0.0]]) for r, _ in ticks]
         self._bar.GetMapper().SetInputData(_lines(bar))
-        beside = np.array([2.0 * BAR_TICK, 0.0, 0.0])
-        self._bar_labels = [
-            self.letters.add(text, BAR_PLACE + r * up - beside, BLACK, anchor="right") for r, text in ticks
-        ]
         name = f"difference, {scale.quantity}" if signed else scale.quantity
-        self._bar_labels.append(self.letters.add(name, BAR_PLACE + 1.1 * up, BLACK))
+        texts = [(name, BAR_PLACE + 1.1 * up, "centre")]
+        beside = np.array([2.0 * BAR_TICK, 0.0, 0.0])
+        texts += [(text, BAR_PLACE + r * up - beside, "right") for r, text in ticks]
+        # While a slider moves the bar changes with every step: labels are reused, not made anew.
+        while len(self._bar_labels) < len(texts):
+            anchor = texts[len(self._bar_labels)][2]
+            self._bar_labels.append(self.letters.add("0", BAR_PLACE, BLACK, anchor))
+        for label, (text, place, _) in zip(self._bar_labels, texts, strict=False):
+            self.letters.write(label, text)
+            self.letters.move(label, place)
+        for k, label in enumerate(self._bar_labels):
+            label.SetVisibility(k < len(texts))
 
 
 def _arrow_head(source: Array) -> list[Array]:

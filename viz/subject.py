@@ -61,6 +61,28 @@ class Subject:
         """Place of the measured wavelength nearest to one in nm."""
         return int(np.abs(self.wavelength - wavelength).argmin())
 
+    def check_wavelength(self, wavelength: float) -> None:
+        """Raise InputError where a wavelength in nm lies far from all measured ones."""
+        waves = self.wavelength
+        gap = float(np.diff(waves).max()) if len(waves) > 1 else 0.0
+        if np.abs(waves - wavelength).min() > max(gap, 1.0):
+            there = f"{waves[0]:g}" if len(waves) == 1 else f"{waves[0]:g} to {waves[-1]:g}"
+            raise InputError(f"{self.name} has no wavelength near {wavelength:g} nm; it has {there} nm")
+
+    def check_incident(self, theta_i: float) -> None:
+        """Raise InputError where nothing is measured at an incident zenith (degrees) and nothing fitted."""
+        if self.fit is None and len(self.rows(theta_i)) == 0:
+            there = ", ".join(f"{a:g}" for a in self.scan.incident_angles[:12])
+            raise InputError(
+                f"{self.name} was not measured at θi = {theta_i:g}° and is not fitted; measured are {there}°"
+            )
+
+    def default_incident(self) -> float:
+        """The measured incident zenith nearest to 45° that has usable values, degrees."""
+        usable = ~self.scan.mask.all(axis=1)
+        angles = np.unique(self.scan.theta_i[usable]) if usable.any() else self.scan.incident_angles
+        return float(angles[np.abs(angles - 45.0).argmin()])
+
     def default_wavelength(self) -> float:
         """The usable wavelength nearest to 550 nm: fitted if there is a fit, measured otherwise."""
         usable = ~self.scan.mask.all(axis=0)
