@@ -11,6 +11,7 @@ from clbrdf.geometry import Directions
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import font_file
 from clbrdf.viz.panel import Entry
+from clbrdf.viz.radius import nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
 
 Array = npt.NDArray[np.float64]
@@ -54,44 +55,71 @@ class Cut:
                 shape.BoldOff()
         renderer.add_chart(self.chart)
         self.series: list[tuple[Array, Array]] = []
+        self.log = False
 
     def show(self, entries: list[Entry], widths: list[float], log: bool) -> None:
         """Draw entries with the half widths of their lobes (rad), on a logarithmic or linear axis."""
         self.chart.clear()
         self.series = []
+        self.log = log
+        alone = len(entries) == 1
+        drawn = []
         for k, (entry, width) in enumerate(zip(entries, widths, strict=True)):
-            alone = len(entries) == 1
-            self._show_one(entry, width, SERIES[k % len(SERIES)], BLACK if alone else SERIES[k % len(SERIES)])
-        values = np.concatenate([y[np.isfinite(y)] for _, y in self.series] or [np.ones(1)])
-        positive = values[values > 0.0]
-        top = float(positive.max()) if len(positive) else 1.0
-        self.chart.y_axis.log_scale = log
-        low = max(float(positive.min()) if len(positive) else top, 1e-4 * top)
-        self.chart.y_range = [0.7 * low, 1.6 * top] if log else [0.0, 1.08 * top]
+            colour = SERIES[k % len(SERIES)]
+            drawn += self._parts(entry, width, colour, BLACK if alone else colour)
+        values = np.concatenate([y[np.isfinite(y) & (y > 0.0)] for _, y in self.series] or [np.ones(1)])
+        top = float(values.max(initial=1e-12))
+        low = max(float(values.min(initial=top)), 1e-4 * top)
+        for kind, x, y, colour in drawn:
+            height = np.log10(np.maximum(y, 1e-3 * low)) if log else y
+            if kind == "points":
+                self.chart.scatter(x, height, color=colour, size=5.0, style="o")
+            else:
+                self.chart.line(x, height, color=colour, width=2.0 if kind == "curve" else 1.0)
+        self._scale_axis(low, top)
         self.chart.x_range = [-self.limit, self.limit]
 
-    def _show_one(self, entry: Entry, width: float, line: str, mark: str) -> None:
+    def _scale_axis(self, low: float, top: float) -> None:
+        """Set range and ticks; a logarithmic axis carries log10 of the values and labels of their own."""
+        axis = self.chart.y_axis
+        if self.log:
+            first, last = np.log10(0.7 * low), np.log10(1.6 * top)
+            step = max(1, int(np.ceil((last - first) / 6.0)))
+            decades = np.arange(np.ceil(first), last, step)
+            axis.tick_locations, axis.tick_labels = list(decades), [plain(10.0**k) for k in decades]
+            self.chart.y_range = [first, last]
+            return
+        step = nice_step(top)
+        values = np.arange(0.0, 1.0001 * top, step)
+        axis.tick_locations, axis.tick_labels = list(values), [plain(v) for v in values]
+        self.chart.y_range = [0.0, 1.08 * top]
+
+    def _parts(self, entry: Entry, width: float, line: str, mark: str) -> list[tuple[str, Array, Array, str]]:
+        """Curve, points and error bars of an entry: kind, θr, values and colour."""
         subject, column = entry.subject, entry.column
-        parameters = subject.parameters(column)
-        if subject.fit is not None and parameters is not None:
+        out = []
+        if subject.fit is not None and subject.parameters(column) is not None:
             x = cut_angles(entry.theta_i, self.limit, width)
             y = plane_values(subject, column, entry.theta_i, x)
             self.series.append((x, y))
-            self.chart.line(x, y, color=line, width=2.0)
+            out.append(("curve", x, y, line))
         scan = subject.scan
         zenith = signed_view_zenith(scan)
         rows = subject.rows(entry.theta_i)
         rows = rows[np.isfinite(zenith[rows]) & ~scan.mask[rows, column]]
         if len(rows) == 0:
-            return
+            return out
         x, y = zenith[rows], scan.brdf[rows, column]
         self.series.append((x, y))
-        self.chart.scatter(x, y, color=mark, size=5.0, style="o")
+        out.append(("points", x, y, mark))
         if scan.sigma is not None:
             sigma = np.nan_to_num(scan.sigma[rows, column])
-            for place, value, error in zip(x, y, sigma, strict=True):
-                ends = [max(value - error, 1e-3 * value), value + error]
-                self.chart.line([place, place], ends, color=mark, width=1.0)
+            out += [
+                ("bar", np.array([at, at]), np.array([max(v - e, 1e-3 * v), v + e]), mark)
+                for at, v, e in zip(x, y, sigma, strict=True)
+                if e > 0.0
+            ]
+        return out
 
 
 def plane_values(subject: Any, column: int, theta_i: float, signed_zenith: Array) -> Array:

@@ -81,6 +81,13 @@ def guard(token: str | None) -> Any:
     return check
 
 
+async def _session(request: Any) -> Any:
+    """Tell the page's client where its socket is; it asks before it tries, and a refusal is an error to it."""
+    from aiohttp import web
+
+    return web.json_response({"sessionURL": f"ws://{request.host}/ws", "secret": "wslink-secret", "id": "clbrdf"})
+
+
 class Page:
     """The page of a control and the server behind it.
 
@@ -215,6 +222,10 @@ class Page:
             self.control.pick(x, y)
         self._pressed = None
 
+    def _protect(self, web: Any) -> None:
+        web.app.middlewares.append(guard(self.token))
+        web.app.router.add_post("/paraview/", _session)
+
     @property
     def address(self) -> str:
         """What to open in a browser, once the server runs."""
@@ -230,7 +241,7 @@ class Page:
         InputError
             The host or port cannot be listened on.
         """
-        self.server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard(self.token)))
+        self.server.controller.on_server_bind.add(self._protect)
         self.server.controller.on_server_ready.add(lambda **_: ready(self.address))
         try:
             self.server.start(

@@ -183,6 +183,8 @@ def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, dif
 
 def _difference(subjects: list[Subject]) -> tuple[list[Subject], Subject]:
     """Return what is shown and what is subtracted."""
+    if len(subjects) == 2 and subjects[0].fit is not None and subjects[1].fit is None:
+        return subjects[1:], subjects[0]  # measured minus model, as for one fit
     if len(subjects) == 2:
         return subjects[:1], subjects[1]
     if len(subjects) == 1 and subjects[0].fit is not None:
