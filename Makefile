@@ -4,7 +4,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench soak lint tree format scans clean
+.PHONY: demo test soak lint tree format scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -48,5 +48,5 @@ clean:
 # The mapped folders at their place inside the package, for the type checker and the import linter.
 tree:
 	rm -rf build/tree && mkdir -p build/tree/clbrdf
-	ln -s $(CURDIR)/clbrdf/* build/tree/clbrdf/
-	for folder in kernels scans viz; do ln -s $(CURDIR)/$$folder build/tree/clbrdf/$$folder; done
+	ln -s "$(CURDIR)"/clbrdf/* build/tree/clbrdf/
+	for folder in kernels scans viz; do ln -s "$(CURDIR)/$$folder" build/tree/clbrdf/$$folder; done

@@ -155,5 +155,5 @@ def attenuation_times_cosines(directions: Directions) -> Array:
     0 where θi = θr and φ = 0 (retro direction): the model has no specular part there.
     """
     d = directions
-    product = sin_deg(d.theta_i) * cos_deg(d.theta_i) * sin_deg(d.theta_r) * cos_deg(d.theta_r)
+    product = (sin_deg(d.theta_i) * cos_deg(d.theta_i)) * (sin_deg(d.theta_r) * cos_deg(d.theta_r))
     return np.sqrt(sin_deg(d.theta_i - d.theta_r) ** 2 + 4.0 * product * sin_deg(_half_azimuth(d.phi)) ** 2)

@@ -153,8 +153,9 @@ def read_text(parent: h5py.Group, name: str) -> str:
 
 
 def write_mapping(parent: h5py.Group, name: str, mapping: Mapping[str, str]) -> None:
-    """Write provenance: one string a key, as an NXprocess."""
-    process = group(parent, name, "NXprocess")
+    """Write provenance: one string a key, in order, as an NXprocess."""
+    process = parent.create_group(name, track_order=True)
+    process.attrs["NX_class"] = "NXprocess"
     process["program"] = "clbrdf"
     for key, value in mapping.items():
         process.attrs[key] = value

@@ -29,9 +29,9 @@ from clbrdf import Scan, evaluate
 Array = npt.NDArray[np.float64]
 
 RELATIVE_SIGMA = 0.0605
-WAVELENGTH = 380.0 + 2.4 * np.arange(159)
-INCIDENT = (30.0, 45.0, 60.0)
-VIEW = np.arange(86.0)
+WAVELENGTH: Array = 380.0 + 2.4 * np.arange(159, dtype=np.float64)
+INCIDENT: Array = np.array([30.0, 45.0, 60.0])
+VIEW: Array = np.arange(86, dtype=np.float64)
 TABLE_1 = {
     "yellow_tin_foil": {"a": 3.87, "b": 0.5216, "c": -300.0, "d": 0.74, "ks": 451.7958, "kd": 1.3034},
     "black_ceramic_tile": {"a": 7.9678, "b": 0.5555, "c": -180.0, "d": 0.74, "ks": 190.5, "kd": 1.8667},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -111,7 +111,7 @@ def _cut(
     scan = fit.scan
     used = here[~scan.mask[here, k]]
     left_out = here[scan.mask[here, k] & (scan.brdf[here, k] > 0.0)]
-    style = {"color": colour, "linestyle": "none", "markersize": 3.0}
+    style: dict[str, Any] = {"color": colour, "linestyle": "none", "markersize": 3.0}
     top.plot(zenith[used], scan.brdf[used, k], marker="o", label=f"{fit.wavelength[k]:g} nm", **style)
     top.plot(zenith[left_out], scan.brdf[left_out, k], marker="x", **style)
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)

@@ -22,6 +22,6 @@ def command(
     with progress_bar("fitting the tin foil") as report:
         result, stages = demo(output, overwrite, report)
     print_fit("yellow tin foil, SYNTHETIC: Table 1 of the paper with 6.05 % noise", result)
-    rows = [[s.name, str(s.file), f"{s.seconds:.1f}"] for s in stages]
-    rows.append(["all", str(output), f"{sum(s.seconds for s in stages):.1f}"])
-    print_table("", ("stage", "file", "seconds"), rows, left=2)
+    rows = [[s.name, s.file.name, f"{s.seconds:.1f}"] for s in stages]
+    rows.append(["all", "", f"{sum(s.seconds for s in stages):.1f}"])
+    print_table(f"in {output}", ("stage", "file", "seconds"), rows, left=2)

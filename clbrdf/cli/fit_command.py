@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from clbrdf import __version__
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
+from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
-from clbrdf.files import check_output, sha256, whole_text
+from clbrdf.files import check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
@@ -67,7 +67,8 @@ def command(
     if json is not None:
         check_output(json, overwrite)
     measured = Scan.open(scan)
-    given = {name: value for name, value in (("chains", chains), ("levels", levels)) if value is not None}
+    rules = Settings()
+    rules = replace(rules, chains=chains or rules.chains, levels=levels or rules.levels)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
             measured,
@@ -76,12 +77,13 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=model,
-            settings=replace(Settings(), **given),
+            settings=rules,
             device=choose_device(device),
             report=report,
         )
-    made = {"version": __version__, "input": scan.name, "input_sha256": sha256(scan)}
-    result = replace(result, provenance={**made, **result.provenance, "weights": weights})
+    options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
+    made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
+    result = replace(result, provenance=made)
     result.save(target, overwrite)
     if json is not None:
         whole_text(json, fit_content(result), overwrite)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from clbrdf.cli.options import Output, Overwrite
+from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_scan
 from clbrdf.files import check_output
 from clbrdf.formats.columns import read_columns
@@ -28,5 +30,6 @@ def command(
     """
     target = check_output(output, overwrite)
     scan = read_columns(files, sample)
+    scan = replace(scan, provenance=made_by("import", files, {"sample": sample}, scan.provenance))
     scan.save(target, overwrite)
     print_scan(str(target), scan)

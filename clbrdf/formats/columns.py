@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.files import sha256
 from clbrdf.formats.gather import Row, gather
 from clbrdf.scan import Scan
 
@@ -84,8 +83,7 @@ def read_columns(paths: Sequence[str | Path], sample: str | None = None) -> Scan
     if sample is not None and sample not in names:
         raise InputError(f"{where}: no sample is called {sample!r}; there are {listed}")
     wanted = names[0] if sample is None else sample
-    provenance = {f"input_{k}": Path(path).name for k, path in enumerate(paths)}
-    provenance |= {f"input_{k}_sha256": sha256(path) for k, path in enumerate(paths)}
+    provenance = {"input": ", ".join(Path(path).name for path in paths), "format": "columns (CSV)"}
     return gather([row for row in rows if row.sample == wanted], wanted, provenance)
 
 

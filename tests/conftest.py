@@ -1,0 +1,49 @@
+"""Fixtures that many tests share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clbrdf import Scan
+from clbrdf.device import Device, list_devices
+
+COATINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "black_coatings"
+
+
+@pytest.fixture(scope="session", params=list_devices(), ids=lambda device: device.platform.split()[0])
+def device(request: pytest.FixtureRequest) -> Device:
+    """Every OpenCL device of the machine in turn."""
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def coatings() -> Path:
+    """Folder of real measured coatings, which stand beside the project and not in it."""
+    if not COATINGS.is_dir():
+        pytest.skip("the measured coatings (../shared/data) are not on this machine")
+    return COATINGS
+
+
+@pytest.fixture
+def small_scan() -> Scan:
+    """Three incident angles, 16 view angles, 3 wavelengths, Table 1 tin foil without noise."""
+    from tests.reference.naive import TIN_FOIL, brdf
+
+    theta_i = np.repeat([30.0, 45.0, 60.0], 16)
+    theta_r = np.tile(np.linspace(0.0, 75.0, 16), 3)
+    values = brdf(TIN_FOIL, theta_i, theta_r, 180.0)
+    return Scan(
+        theta_i,
+        np.zeros(1),
+        theta_r,
+        np.full(1, 180.0),
+        [450.0, 550.0, 650.0],
+        values[:, None] * [0.9, 1.0, 1.1],
+        sigma=0.05 * values[:, None] * np.ones(3),
+        sample="foil",
+        instrument="none",
+        provenance={"made_by": "a test"},
+    )

@@ -1,0 +1,71 @@
+"""The polish alone: bounded least squares against SciPy's."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from clbrdf.fit.polish import polish
+from clbrdf.fit.problem import make_problem
+from clbrdf.models import get_model
+from clbrdf.objective import weight_matrix
+
+MODEL = get_model()
+
+
+def problem_of(scan, device, bounds=None):
+    return make_problem(scan, weight_matrix(scan), MODEL, MODEL.bounds(bounds), device)
+
+
+def scipy_end(problem, start):
+    def residuals(q):
+        values = MODEL.brdf(MODEL.from_coordinates(q)[None, :], problem.features)
+        return problem.scale[0] * (values - problem.measured[0])
+
+    end = least_squares(
+        residuals,
+        start,
+        bounds=(problem.lower, problem.upper),
+        x_scale="jac",
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+    )
+    return 2.0 * end.cost
+
+
+def test_near_starts_end_where_scipy_ends(small_scan, device):
+    rng = np.random.default_rng(8)
+    scan = small_scan.columns([0])
+    problem = problem_of(scan, device, {"d": (0.75, 2.0)})  # the truth, d = 0.74, is out of reach
+    truth = MODEL.to_coordinates(np.array([3.87, 0.5216, -300.0, 0.8, 406.0, 1.17]))
+    starts = truth + rng.normal(0.0, 0.05, (1, 6, 6))
+    starts = np.clip(starts, problem.lower, problem.upper - 1e-6)
+    ends = polish(problem, starts)
+    assert ends.converged.all()
+    for k in range(6):
+        np.testing.assert_allclose(ends.objective[0, k], scipy_end(problem, starts[0, k] + 1e-9), rtol=1e-8)
+    np.testing.assert_array_equal(ends.coordinates[0, :, 3], 0.75)
+
+
+def test_starts_do_not_disturb_each_other(small_scan, device):
+    """Lanes stop at different times; one that is done must not move."""
+    rng = np.random.default_rng(9)
+    problem = problem_of(small_scan, device)
+    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 7, 6))
+    together = polish(problem, starts)
+    for k in range(7):
+        alone = polish(problem, starts[:, k : k + 1])
+        np.testing.assert_array_equal(alone.coordinates[:, 0], together.coordinates[:, k])
+        np.testing.assert_array_equal(alone.objective[:, 0], together.objective[:, k])
+
+
+def test_no_end_is_worse_than_its_start(small_scan, device):
+    rng = np.random.default_rng(10)
+    problem = problem_of(small_scan.columns([1]), device)
+    starts = problem.lower + (problem.upper - problem.lower) * rng.random((1, 64, 6))
+    ends = polish(problem, starts)
+    values = MODEL.brdf(MODEL.from_coordinates(starts[0])[:, None, :], problem.features)
+    before = ((problem.scale * (values - problem.measured)) ** 2).sum(axis=1)
+    assert (ends.objective[0] <= before * (1 + 1e-12)).all()
+    assert ((ends.coordinates >= problem.lower) & (ends.coordinates <= problem.upper)).all()

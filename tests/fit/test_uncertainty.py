@@ -1,0 +1,62 @@
+"""Uncertainties against SciPy, and against what repeated noise does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+import clbrdf
+from clbrdf import Scan
+from clbrdf.fit import Settings
+from tests.reference import naive
+
+SHORT = Settings(chains=32, levels=15, starts=8)
+
+
+@pytest.fixture
+def noisy(small_scan):
+    noise = np.random.default_rng(4).standard_normal(small_scan.brdf.shape)
+    return replace(small_scan, brdf=small_scan.brdf * (1.0 + 0.05 * noise))
+
+
+@pytest.mark.parametrize("weights", ["sigma", "none"])
+def test_uncertainties_are_those_of_scipy(noisy, weights):
+    scan = noisy if weights == "sigma" else replace(noisy, sigma=None)
+    fit = clbrdf.fit(scan, weights=weights, settings=SHORT)
+
+    def model(_, *parameters):
+        return naive.brdf(parameters, scan.theta_i, scan.theta_r, scan.phi)
+
+    for k in range(3):
+        sigma = None if scan.sigma is None else scan.sigma[:, k]
+        values = scan.brdf[:, k]
+        _, covariance = curve_fit(
+            model, np.arange(48), values, p0=fit.vector[k], sigma=sigma, absolute_sigma=sigma is not None
+        )
+        ours = [fit.sigma[name][k] for name in fit.model.names]
+        # SciPy's derivatives are differences: good to about 1e-4 of the covariance here.
+        np.testing.assert_allclose(ours, np.sqrt(np.diag(covariance)), rtol=1e-3)
+
+
+def test_true_parameters_lie_within_the_error_bars_as_often_as_they_should():
+    """400 wavelengths of one truth with known noise: 68.3 % of pulls below 1."""
+    theta_i, theta_r = np.repeat([30.0, 45.0, 60.0], 43), np.tile(np.arange(0.0, 86.0, 2.0), 3)
+    truth = naive.brdf(naive.TIN_FOIL, theta_i, theta_r, 180.0)[:, None] * np.ones(400)
+    noise = np.random.default_rng(6).standard_normal(truth.shape)
+    scan = Scan(
+        theta_i,
+        np.zeros(1),
+        theta_r,
+        np.full(1, 180.0),
+        np.arange(400.0, 800.0),
+        truth * (1.0 + 0.02 * noise),
+        sigma=0.02 * truth,
+    )
+    fit = clbrdf.fit(scan, weights="sigma", settings=SHORT)
+    for name, value in zip(fit.model.names, naive.TIN_FOIL, strict=True):
+        share = np.mean(np.abs(fit.parameters[name] - value) < fit.sigma[name])
+        # Binomial standard deviation of 400 draws is 2.3 %; three of them, plus curvature.
+        assert share == pytest.approx(0.683, abs=0.08)

@@ -1,0 +1,94 @@
+"""(13) and (14) against their printed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from clbrdf import InputError
+from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle, weight_matrix
+from tests.reference import naive
+
+
+@pytest.fixture
+def noisy(small_scan):
+    rng = np.random.default_rng(2)
+    values = small_scan.brdf * (1.0 + 0.06 * rng.standard_normal(small_scan.brdf.shape))
+    values[3, 1], values[7, 1], values[9, 2] = np.nan, -1.0, 0.0
+    return replace(small_scan, brdf=values)
+
+
+def model_values(scan):
+    return np.repeat(naive.brdf(naive.TIN_FOIL, scan.theta_i, scan.theta_r, scan.phi)[:, None], 3, axis=1)
+
+
+def test_objective_is_equation_13(noisy):
+    E = objective(model_values(noisy), noisy, weight_matrix(noisy))
+    for k in range(3):
+        assert E[k] == pytest.approx(naive.objective(naive.TIN_FOIL, noisy, k), rel=1e-12)
+
+
+def test_weights_are_those_asked_for(noisy):
+    g1, g2 = np.cos(np.deg2rad(noisy.theta_i)), np.cos(np.deg2rad(noisy.theta_r))
+    for weights, printed in (
+        ("relative", lambda k: noisy.brdf[:, k] ** -2.0),
+        ("sigma", lambda k: noisy.sigma[:, k] ** -2.0),
+        (g1 * g2, lambda k: g1 * g2),
+    ):
+        E = objective(model_values(noisy), noisy, weight_matrix(noisy, weights))
+        for k in range(3):
+            with np.errstate(divide="ignore"):
+                assert E[k] == pytest.approx(naive.objective(naive.TIN_FOIL, noisy, k, printed(k)), rel=1e-12)
+
+
+def test_relative_rms_is_equation_14(noisy):
+    values, ours = model_values(noisy), relative_rms(model_values(noisy), noisy)
+    by_angle = relative_rms_by_incident_angle(values, noisy)
+    for k in range(3):
+        good = ~noisy.mask[:, k]
+        with np.errstate(divide="ignore"):
+            ratio = (values[:, k] - noisy.brdf[:, k]) / noisy.brdf[:, k]
+        assert ours[k] == pytest.approx(np.sqrt(np.mean(ratio[good] ** 2)), rel=1e-13)
+        for i, angle in enumerate((30.0, 45.0, 60.0)):
+            here = good & (noisy.theta_i == angle)
+            assert by_angle[i, k] == pytest.approx(np.sqrt(np.mean(ratio[here] ** 2)), rel=1e-13)
+
+
+@pytest.mark.parametrize("factor", [1e-150, 1e150])
+@pytest.mark.parametrize("weights", ["none", "relative"])
+def test_units_of_the_brdf_do_not_overflow_the_objective(noisy, factor, weights):
+    E = objective(model_values(noisy), noisy, weight_matrix(noisy, weights))
+    scaled = replace(noisy, brdf=noisy.brdf * factor, sigma=None)
+    again = objective(model_values(noisy) * factor, scaled, weight_matrix(scaled, weights))
+    np.testing.assert_allclose(again, E, rtol=1e-10)
+
+
+def test_a_wavelength_with_nothing_left_has_no_objective(small_scan):
+    flags = np.zeros(small_scan.brdf.shape, np.uint32)
+    flags[:, 1] = 1
+    scan = replace(small_scan, flags=flags)
+    E = objective(model_values(scan), scan, weight_matrix(scan))
+    assert np.isnan(E).tolist() == [False, True, False]
+    assert np.isnan(relative_rms(model_values(scan), scan)).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ("heavy", "no weights are called 'heavy'; there are none, relative, sigma"),
+        (np.ones(3), r"weights have shape \(3,\); give one for each of 48 directions"),
+        (-np.ones(48), "finite, not negative"),
+        (np.zeros(48), "not all 0"),
+        (np.full(48, np.nan), "finite"),
+    ],
+)
+def test_impossible_weights_are_refused(small_scan, weights, message):
+    with pytest.raises(InputError, match=message):
+        weight_matrix(small_scan, weights)
+
+
+def test_sigma_weights_need_uncertainties(small_scan):
+    with pytest.raises(InputError, match="need the scan's uncertainties"):
+        weight_matrix(replace(small_scan, sigma=None), "sigma")
