@@ -81,11 +81,17 @@ def guard(token: str | None) -> Any:
     return check
 
 
-async def _session(request: Any) -> Any:
-    """Tell the page's client where its socket is; it asks before it tries, and a refusal is an error to it."""
+def session_answer(secret: str) -> Any:
+    """Return the handler that tells the page's client where its socket is, and its secret.
+
+    The client asks before it tries, and takes a refusal for an error.
+    """
     from aiohttp import web
 
-    return web.json_response({"sessionURL": f"ws://{request.host}/ws", "secret": "wslink-secret", "id": "clbrdf"})
+    async def answer(request: Any) -> Any:
+        return web.json_response({"sessionURL": f"ws://{request.host}/ws", "secret": secret, "id": "clbrdf"})
+
+    return answer
 
 
 class Page:
@@ -114,6 +120,11 @@ class Page:
         self.control, self.host, self.port = control, host, port
         self.token = None if is_loopback(host) else secrets.token_urlsafe(24)
         self.server = get_server(f"clbrdf-{secrets.token_hex(4)}", client_type="vue3")
+        self._secret = secrets.token_urlsafe(24)
+        # trame would read this program's own command line; it gets its defaults and a secret instead.
+        options, _ = self.server.cli.parse_known_args([])
+        options.authKey = self._secret
+        self.server.cli.parse_known_args = lambda *_: (options, [])
         self._build()
 
     def _build(self) -> None:
@@ -224,7 +235,7 @@ class Page:
 
     def _protect(self, web: Any) -> None:
         web.app.middlewares.append(guard(self.token))
-        web.app.router.add_post("/paraview/", _session)
+        web.app.router.add_post("/paraview/", session_answer(self._secret))
 
     @property
     def address(self) -> str:
