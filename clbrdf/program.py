@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 Precision = Literal["single", "double"]
 
+EXP2_DEGREES = {"single": 6, "double": 10}
+"""Degree of the polynomial in exp2 for each precision (kernels/lib/exp2.cl)."""
+
 DTYPES: dict[str, type[np.floating]] = {"single": np.float32, "double": np.float64}
 
 # -cl-fast-relaxed-math is never used: it deletes the rounding in exp2. Signed zeros carry nothing here.
@@ -74,8 +77,9 @@ def constants_text(variant: Variant) -> str:
     """Return the macros and the geometry record that follow from precision, lanes and model table."""
     model = variant.model
     names = [p.name.upper() for p in model.parameters]
+    degree = EXP2_DEGREES[variant.precision]
     kind = "double" if variant.precision == "double" else "float"
-    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.width}"]
+    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.width}", f"#define EXP2_DEGREE {degree}"]
     if variant.precision == "double":
         lines.append("#define REAL_IS_DOUBLE")
     lines.append(f"#define LOG2_OF_ZERO {LOG2_OF_ZERO:.1f}{'' if kind == 'double' else 'f'}")

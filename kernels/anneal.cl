@@ -20,11 +20,13 @@
 
 // log2 E of a chain; E is floored where a perfect fit would make it −∞.
 inline realv energy_of(realv objective) {
-    return log2(max(objective, (realv)1e-37));
+    return log2(objective > (realv)1e-37 ? objective : (realv)1e-37);
 }
 
-kernel void anneal_start(global const real *restrict rows, const uint n_directions,
-                         global const real *restrict measured, global const real *restrict scale,
+kernel void anneal_start(global const real *restrict rows,
+                         global const uint *restrict starts, const uint incident_groups,
+                         const uint n_directions,
+                         global const real *restrict target, global const real *restrict scale,
                          global const real *restrict lower, global const real *restrict upper,
                          const ulong seed, global const uint *restrict wavelength_keys,
                          const real temperature_start,
@@ -44,15 +46,17 @@ kernel void anneal_start(global const real *restrict rows, const uint n_directio
         STORE((realv)(upper[j] - lower[j]), place * P + j, step);
     }
     realv start_energy = energy_of(
-        objective_of(p, rows, measured + w * n_directions, scale + w * n_directions, n_directions));
+        objective_of(p, rows, starts, incident_groups, target + w * n_directions, scale + w * n_directions));
     STORE(start_energy, place, energy);
     STORE(start_energy, place, best_energy);
     STORE((realv)temperature_start, place, temperature);
     for (uint k = 0; k < 2 * WIDTH; ++k) counts[place * 2 * WIDTH + k] = 0;
 }
 
-kernel void anneal_level(global const real *restrict rows, const uint n_directions,
-                         global const real *restrict measured, global const real *restrict scale,
+kernel void anneal_level(global const real *restrict rows,
+                         global const uint *restrict starts, const uint incident_groups,
+                         const uint n_directions,
+                         global const real *restrict target, global const real *restrict scale,
                          global const real *restrict lower, global const real *restrict upper,
                          const ulong seed, global const uint *restrict wavelength_keys,
                          const uint level, const uint sweeps,
@@ -63,7 +67,7 @@ kernel void anneal_level(global const real *restrict rows, const uint n_directio
                          global uint *restrict counts) {
     const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
     const size_t place = w * groups + g;
-    measured += w * n_directions;
+    target += w * n_directions;
     scale += w * n_directions;
 
     realv q[P], p[P], best[P], step[P], taken[P];
@@ -91,7 +95,7 @@ kernel void anneal_level(global const real *restrict rows, const uint n_directio
             moved = high - fabs(high - moved);   // never longer than the range
             q[j] = clamp(moved, low, high);
             p[j] = value_of(j, q[j]);
-            realv proposed = energy_of(objective_of(p, rows, measured, scale, n_directions));
+            realv proposed = energy_of(objective_of(p, rows, starts, incident_groups, target, scale));
             // False for NaN and for +∞ against +∞: such proposals are refused.
             const integerv accept = (proposed - energy) <= -temperature * log2(v);
             not_finite += proposed < (realv)INFINITY ? (realv)0.0 : (realv)1.0;

@@ -10,7 +10,8 @@ kernel void evaluate(global const real *restrict feature_rows, const ulong n_pad
     const size_t group = get_global_id(0), w = get_global_id(1);
     realv p[P];
     for (int j = 0; j < P; ++j) p[j] = (realv)parameters[w * P + j];
-    const model_state m = model_prepare(p);
+    model_state m = model_prepare(p);
     const geometry x = geometry_lanes(feature_rows, n_padded, group);
+    model_incident(&m, x);
     STORE(model_brdf(&m, x), group, out + w * n_padded);
 }

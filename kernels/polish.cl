@@ -17,8 +17,9 @@
 #define PAIRS (P * (P + 1) / 2)
 
 inline realv normal_equations(const realv *q, global const real *restrict rows,
-                              global const real *restrict measured, global const real *restrict scale,
-                              const uint n_directions, realv *h, realv *H) {
+                              global const uint *restrict starts, const uint groups,
+                              global const real *restrict target, global const real *restrict scale,
+                              realv *h, realv *H) {
     realv p[P], slope[P];
     for (int j = 0; j < P; ++j) {
         p[j] = value_of(j, q[j]);
@@ -26,18 +27,20 @@ inline realv normal_equations(const realv *q, global const real *restrict rows,
         h[j] = (realv)0.0;
     }
     for (int k = 0; k < PAIRS; ++k) H[k] = (realv)0.0;
-    const model_state m = model_prepare(p);
+    model_state m = model_prepare(p);
     realv sum = (realv)0.0;
-    for (uint n = 0; n < n_directions; ++n) {
-        const geometry x = geometry_of(rows, n);
-        const realv s = (realv)scale[n];
-        realv gradient[P];
-        const realv residual = s * (model_gradient(&m, x, gradient) - (realv)measured[n]);
-        sum += residual * residual;
-        for (int i = 0; i < P; ++i) {
-            gradient[i] *= s * slope[i];
-            h[i] += gradient[i] * residual;
-            for (int j = 0; j <= i; ++j) H[PACKED(i, j)] += gradient[i] * gradient[j];
+    for (uint g = 0; g < groups; ++g) {
+        model_incident(&m, geometry_of(rows, starts[g]));
+        for (uint n = starts[g]; n < starts[g + 1]; ++n) {
+            const realv s = (realv)scale[n];
+            realv gradient[P];
+            const realv residual = s * model_gradient(&m, geometry_of(rows, n), gradient) - (realv)target[n];
+            sum += residual * residual;
+            for (int i = 0; i < P; ++i) {
+                gradient[i] *= s * slope[i];
+                h[i] += gradient[i] * residual;
+                for (int j = 0; j <= i; ++j) H[PACKED(i, j)] += gradient[i] * gradient[j];
+            }
         }
     }
     return sum;
@@ -73,20 +76,21 @@ inline realv damped_step(const realv *h, const realv *H, const realv *free, real
     return predicted;
 }
 
-kernel void polish(global const real *restrict rows, const uint n_directions,
-                   global const real *restrict measured_all, global const real *restrict scale_all,
+kernel void polish(global const real *restrict rows, global const uint *restrict starts,
+                   const uint incident_groups, const uint n_directions,
+                   global const real *restrict target_all, global const real *restrict scale_all,
                    global const real *restrict lower, global const real *restrict upper,
                    const uint most_iterations, const real tolerance,
                    global real *restrict q_all, global real *restrict objective_all,
                    global real *restrict iterations_all, global real *restrict done_all) {
     const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
     const size_t place = w * groups + g;
-    global const real *measured = measured_all + w * n_directions;
+    global const real *target = target_all + w * n_directions;
     global const real *scale = scale_all + w * n_directions;
 
     realv q[P], h[P], H[PAIRS];
     for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
-    realv E = normal_equations(q, rows, measured, scale, n_directions, h, H);
+    realv E = normal_equations(q, rows, starts, incident_groups, target, scale, h, H);
     realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0, done = (realv)0.0;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
@@ -102,7 +106,7 @@ kernel void polish(global const real *restrict rows, const uint n_directions,
             const realv longest = (realv)(0.25 * (upper[j] - lower[j]));
             trial[j] = clamp(q[j] + clamp(delta[j], -longest, longest), (realv)lower[j], (realv)upper[j]);
         }
-        const realv trial_E = normal_equations(trial, rows, measured, scale, n_directions, trial_h, trial_H);
+        const realv trial_E = normal_equations(trial, rows, starts, incident_groups, target, scale, trial_h, trial_H);
         iterations += (realv)1.0 - done;
 
         const integerv open = done == (realv)0.0;

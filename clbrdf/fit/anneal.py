@@ -85,8 +85,9 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
     energy, best_energy, temperature = (scratch(per_chain, dtype) for _ in range(3))
     counts = scratch(2 * per_chain, np.uint32)
     data = (
-        *(upload(device, problem.features, dtype), np.uint32(n)),
-        *(upload(device, values, dtype) for values in (problem.measured, problem.scale)),
+        *(upload(device, problem.features, dtype), upload(device, problem.starts)),
+        *(np.uint32(len(problem.starts) - 1), np.uint32(n)),
+        *(upload(device, values, dtype) for values in (problem.target, problem.scale)),
         *(upload(device, values, dtype) for values in (problem.lower, problem.upper)),
         *(np.uint64(seed), upload(device, problem.keys)),
     )

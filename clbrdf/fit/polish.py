@@ -60,10 +60,11 @@ def polish(problem: Problem, starts: Array) -> Polished:
     flags = cl.mem_flags.READ_WRITE
     q = cl.Buffer(queue.context, flags | cl.mem_flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(lanes))
     ends = [cl.Buffer(queue.context, flags, w * groups * width * 8) for _ in range(3)]
-    data = [upload(device, a) for a in (problem.features, problem.measured, problem.scale)]
-    limits = [upload(device, a) for a in (problem.lower, problem.upper)]
+    rows, starts = upload(device, problem.features), upload(device, problem.starts)
+    data = [upload(device, a) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
+    incident_groups = np.uint32(len(problem.starts) - 1)
     kernel(
-        *(queue, (groups, w), None, data[0], np.uint32(n), *data[1:], *limits),
+        *(queue, (groups, w), None, rows, starts, incident_groups, np.uint32(n), *data),
         *(np.uint32(MOST_ITERATIONS), np.float64(TOLERANCE), q, *ends),
     )
     host_q = np.empty((w, groups, p, width))

@@ -17,15 +17,17 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Minimise E = Σ (s (f(x) − m))² (13) at each of W wavelengths, within limits.
+    """Minimise E = Σ (s f(x) − s m)² (13) at each of W wavelengths, within limits.
 
     Attributes
     ----------
     model : Model
     features : (N, F) float64
-        Geometry features of the directions.
-    measured : (W, N) float64
-        BRDF, 1/sr; 0 where masked.
+        Geometry features of the directions, those with one incident direction side by side.
+    starts : (I + 1,) uint32
+        Where each group of one incident direction begins; last, N.
+    target : (W, N) float64
+        s m, the scaled BRDF; 0 where masked.
     scale : (W, N) float64
         s = √(g / Σ g m²), sr; 0 where masked.
     lower, upper : (P,) float64
@@ -39,7 +41,8 @@ class Problem:
 
     model: Model
     features: Array
-    measured: Array
+    starts: npt.NDArray[np.uint32]
+    target: Array
     scale: Array
     lower: Array
     upper: Array
@@ -49,7 +52,7 @@ class Problem:
     @property
     def size(self) -> tuple[int, int]:
         """(W, N)."""
-        w, n = self.measured.shape
+        w, n = self.target.shape
         return w, n
 
 
@@ -78,11 +81,16 @@ class Candidates:
 def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device: Device) -> Problem:
     """Return the problem that a scan poses, for weights (N, W) and bounds of the parameters (P, 2)."""
     limits = model.coordinate_bounds(bounds)
-    scale = residual_scale(scan, weights)
+    features = model.features(scan.directions)
+    _, group = np.unique(features[:, : model.incident_features], axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    scale = residual_scale(scan, weights)[order]
+    measured = np.where(scale > 0.0, scan.brdf[order], 0.0)
     return Problem(
         model=model,
-        features=model.features(scan.directions),
-        measured=np.ascontiguousarray(np.where(scale > 0.0, scan.brdf, 0.0).T),
+        features=features[order],
+        starts=np.append(0, np.cumsum(np.bincount(group))).astype(np.uint32),
+        target=np.ascontiguousarray((scale * measured).T),
         scale=np.ascontiguousarray(scale.T),
         lower=limits[:, 0],
         upper=limits[:, 1],

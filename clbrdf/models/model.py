@@ -87,6 +87,8 @@ class Model:
         The table, in the order of every parameter axis.
     feature_names : tuple of str
         Names of the geometry features, in the order in which the kernel takes them.
+    incident_features : int
+        How many of them, the first ones, follow from the incident direction alone.
     features : callable
         Directions (N) -> (N, F): everything the kernel needs of the geometry, finite, fp64.
     brdf : callable
@@ -100,6 +102,7 @@ class Model:
     source: str
     parameters: tuple[Parameter, ...]
     feature_names: tuple[str, ...]
+    incident_features: int
     features: Callable[[Directions], Array]
     brdf: Callable[[Array, Array], Array]
     jacobian: Callable[[Array, Array], Array]

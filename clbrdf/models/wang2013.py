@@ -92,6 +92,7 @@ MODEL = Model(
         Parameter("kd", "1", 1.3034, (0.0, 10.0), "weight of the diffuse term (8)", "log", 1e-12),
     ),
     feature_names=("cos_i", "log2_v", "log2_s"),
+    incident_features=1,
     features=features,
     brdf=brdf,
     jacobian=jacobian,

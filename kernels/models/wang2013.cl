@@ -8,6 +8,7 @@
 typedef struct {
     realv a, b, c, d, log2_ks, diffuse;  // a and c times log2 e, kd / π
     realv a_twice, inverse_ks;           // used by the gradient only
+    realv away, level;                   // b − cosθi; log2 (ks F): set by model_incident
 } model_state;
 
 inline model_state model_prepare(const realv *p) {
@@ -17,28 +18,32 @@ inline model_state model_prepare(const realv *p) {
     m.b = p[B];
     m.c = p[C] * log2_e;
     m.d = p[D];
-    m.log2_ks = max(log2(p[KS]), (realv)LOG2_OF_ZERO);
+    m.log2_ks = p[KS] > (realv)0.0 ? log2(p[KS]) : (realv)LOG2_OF_ZERO;
     m.diffuse = p[KD] * (real)0.31830988618379067;
     m.a_twice = (real)2.0 * p[A];
     m.inverse_ks = (real)1.0 / p[KS];
     return m;
 }
 
+// What follows from the incident direction alone, once for all view directions that share it.
+inline void model_incident(model_state *m, const geometry x) {
+    m->away = m->b - x.cos_i;
+    m->level = m->a * m->away * m->away + m->log2_ks;
+}
+
 inline realv model_brdf(const model_state *m, const geometry x) {
-    realv away = m->b - x.cos_i;
-    realv power = exp2_lanes(m->d * x.log2_v);
-    return exp2_lanes(m->c * power + (m->a * away * away + (m->log2_ks + x.log2_s))) + m->diffuse;
+    realv power = exp2_falling(m->d * x.log2_v);  // v ≤ 1
+    return exp2_lanes(m->c * power + (m->level + x.log2_s)) + m->diffuse;
 }
 
 // ∂f/∂p into gradient[P]; needs ks > 0.
 inline realv model_gradient(const model_state *m, const geometry x, realv *gradient) {
     const real ln_2 = (real)0.6931471805599453;
-    realv away = m->b - x.cos_i;
-    realv power = exp2_lanes(m->d * x.log2_v);
+    realv power = exp2_falling(m->d * x.log2_v);
     realv drop = m->c * power;
-    realv lobe = exp2_lanes(drop + (m->a * away * away + (m->log2_ks + x.log2_s)));
-    gradient[A] = lobe * away * away;
-    gradient[B] = lobe * m->a_twice * away;
+    realv lobe = exp2_lanes(drop + (m->level + x.log2_s));
+    gradient[A] = lobe * m->away * m->away;
+    gradient[B] = lobe * m->a_twice * m->away;
     gradient[C] = lobe * power;
     gradient[D] = lobe * drop * x.log2_v * (ln_2 * ln_2);
     gradient[KS] = lobe * m->inverse_ks;

@@ -20,7 +20,7 @@ def problem_of(scan, device, bounds=None):
 def scipy_end(problem, start):
     def residuals(q):
         values = MODEL.brdf(MODEL.from_coordinates(q)[None, :], problem.features)
-        return problem.scale[0] * (values - problem.measured[0])
+        return problem.scale[0] * values - problem.target[0]
 
     end = least_squares(
         residuals,
@@ -66,6 +66,6 @@ def test_no_end_is_worse_than_its_start(small_scan, device):
     starts = problem.lower + (problem.upper - problem.lower) * rng.random((1, 64, 6))
     ends = polish(problem, starts)
     values = MODEL.brdf(MODEL.from_coordinates(starts[0])[:, None, :], problem.features)
-    before = ((problem.scale * (values - problem.measured)) ** 2).sum(axis=1)
+    before = ((problem.scale * values - problem.target) ** 2).sum(axis=1)
     assert (ends.objective[0] <= before * (1 + 1e-12)).all()
     assert ((ends.coordinates >= problem.lower) & (ends.coordinates <= problem.upper)).all()
