@@ -1,9 +1,9 @@
 """OpenCL programs: sources joined in Python, built once per device and variant.
 
 The text of a program is: constants of the variant (precision, lanes, the model's parameter and feature
-names), vectors, exp2 and directions, the model, the library files a job asks for, the job. Nothing is left to the
-compiler's include path, which breaks on folders with a space; `#line` markers keep the file names in
-messages.
+names), vectors, exp2 and directions, the model, the library files a job asks for, the job. Nothing is
+left to the compiler's include path, which breaks on folders with a space; `#line` markers keep the file
+names in messages.
 """
 
 from __future__ import annotations

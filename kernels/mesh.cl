@@ -13,7 +13,7 @@ kernel void mesh(global const real *restrict views, const ulong n_padded, const 
     const size_t group = get_global_id(0);
     realv p[P];
     for (int j = 0; j < P; ++j) p[j] = (realv)parameters[j];
-    const model_state m = model_prepare(p);
+    model_state m = model_prepare(p);
     const realv x = LOAD(group, views), y = LOAD(group, views + n_padded);
     const realv z = LOAD(group, views + 2 * n_padded);
     const realv along = x * cos_i + z * sin_i, across = y * cos_i;
@@ -22,5 +22,7 @@ kernel void mesh(global const real *restrict views, const ulong n_padded, const 
     v.cos_r = z;
     v.sin2_gamma = LOAD(group, views + 3 * n_padded);
     v.attenuation = sqrt(along * along + across * across);
-    STORE(model_brdf(&m, geometry_of_direction(v)), group, out);
+    const geometry features = geometry_of_direction(v);
+    model_incident(&m, features);
+    STORE(model_brdf(&m, features), group, out);
 }

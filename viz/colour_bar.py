@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
 from clbrdf.viz.lettering import screen_text
-from clbrdf.viz.radius import plain
+from clbrdf.viz.radius import plain, steps_125
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table, rgb
 
 Colours = npt.NDArray[np.uint8]
@@ -50,7 +49,7 @@ class ValuePaint:
         decades = np.arange(np.ceil(np.log10(self.low)), np.floor(np.log10(self.high)) + 1.0)
         values = [10.0**k for k in decades]
         if len(values) < 3:
-            values = list(np.geomspace(self.low, self.high, 4))
+            values = steps_125(self.low, self.high)
         return [(float(self.position(v)), plain(float(f"{v:.3g}"))) for v in values]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-
-from clbrdf.errors import InputError
 from clbrdf.viz.camera import project
 from clbrdf.viz.cut import Cut
 from clbrdf.viz.directions import angles_of
@@ -17,6 +15,8 @@ from clbrdf.viz.radius import RADIUS_MODES
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import COLOUR_MODES
 from clbrdf.viz.subject import Subject
+
+from clbrdf.errors import InputError
 
 SNAP = 0.75
 """Degrees within which the incident angle jumps to one that was measured."""
@@ -36,7 +36,9 @@ class Control:
         Called after every change.
     """
 
-    def __init__(self, scene: Scene, cut: Cut | None = None, redraw: Callable[[], None] | None = None) -> None:
+    def __init__(
+        self, scene: Scene, cut: Cut | None = None, redraw: Callable[[], None] | None = None
+    ) -> None:
         self.scene, self.cut = scene, cut
         self.redraw = redraw or scene.render
         self.message = ""
@@ -133,7 +135,7 @@ class Control:
     def pick(self, x: float, y: float) -> str:
         """Read out what lies at a pixel, counted from the lower left corner of the window.
 
-        A measured point within REACH is preferred to the surface. Returns the line shown, "" where nothing is.
+        A measured point within REACH is preferred to the surface. Returns the line shown, "" for none.
         """
         text = ""
         for panel in self.scene.panels:

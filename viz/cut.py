@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from clbrdf.geometry import Directions
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import font_file
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.radius import nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
+
+from clbrdf.geometry import Directions
 
 Array = npt.NDArray[np.float64]
 
@@ -84,8 +84,8 @@ class Cut:
         axis = self.chart.y_axis
         if self.log:
             first, last = np.log10(0.7 * low), np.log10(1.6 * top)
-            step = max(1, int(np.ceil((last - first) / 6.0)))
-            decades = np.arange(np.ceil(first), last, step)
+            stride = max(1.0, np.ceil((last - first) / 6.0))
+            decades = np.arange(np.ceil(first), last, stride)
             axis.tick_locations, axis.tick_labels = list(decades), [plain(10.0**k) for k in decades]
             self.chart.y_range = [first, last]
             return

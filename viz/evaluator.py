@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from clbrdf.viz.mesh import LobeMesh
 
 from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.models import Model
 from clbrdf.program import DTYPES, Precision, Variant, build, upload
-from clbrdf.viz.mesh import LobeMesh
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]

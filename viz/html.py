@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from clbrdf.errors import InputError
-from clbrdf.files import whole_text
 from clbrdf.viz.colour_bar import ValuePaint
 from clbrdf.viz.panel import Panel
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table
+
+from clbrdf.errors import InputError
+from clbrdf.files import whole_text
 
 VIEWER_ICONS = "https://kitware.github.io/vtk-js/icon/favicon-${t}x${t}.png"
 MISSING = "pages that turn need trame: pip install 'clbrdf[web]'"
@@ -111,11 +111,11 @@ def words_of(scene: Scene) -> str:
     if len(scene.panels) > 1:
         for panel, (x, y, _) in zip(scene.panels, scene.corners, strict=True):
             where = f"left:{100.0 * x:.1f}%;top:{100.0 * (1.0 - y):.1f}%"
-            parts.append(f'<div class="caption" style="{where}">{escape(panel.caption())}</div>')
+            parts.append(f'<div class="caption" style="{where}">{escape(panel.caption(scene.named))}</div>')
     if scene.overlay:
         rows = "<br>".join(
-            f'{escape(scene.overlay_name(e))}<span class="swatch" style="background:{Panel.colour_of(k)}"></span>'
-            for k, e in enumerate(entries)
+            f'{escape(scene.overlay_name(e))}<span class="swatch" style="background:{colour}"></span>'
+            for e, colour in ((e, Panel.colour_of(k)) for k, e in enumerate(entries))
         )
         parts.append(f'<div class="key">{rows}</div>')
     elif scene.look.colour == "spectrum":
@@ -140,7 +140,9 @@ def page_text(scene: Scene) -> str:
     write_html(archive, page)
     text = page.getvalue()
     name = escape(", ".join(dict.fromkeys(e.name for p in scene.panels for e in p.entries)))
-    text = text.replace("<title>VTK.js | Example - OfflineLocalView</title>", f"<title>{name}: BRDF</title>", 1)
+    text = text.replace(
+        "<title>VTK.js | Example - OfflineLocalView</title>", f"<title>{name}: BRDF</title>", 1
+    )
     text = text.replace("</head>", STYLE + '<link rel="icon" href="data:,">\n</head>', 1)
     # The viewer would fetch its icons from its maker's site.
     text = text.replace(VIEWER_ICONS, "data:,")

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
 from clbrdf.viz.style import rgb
 
 FONT_FROM_FILE = 4
 """VTK_FONT_FILE of vtkTextProperty.h."""
 LETTER_LENGTH = 0.042
+PLAIN_LETTERS = {ord("°"): " deg", ord("θ"): "theta ", ord("φ"): "phi", ord("×"): "x", ord("–"): "-"}
+"""The outlines that VTK turns into triangles know ASCII only."""
 """Height of flat letters where a lobe has length 1."""
 
 
@@ -80,7 +81,9 @@ class Lettering:
         `anchor` names the part of the label that lies there: "centre", "left" or "right" end, or the middle
         of the lower edge ("below").
         """
-        actor = self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour, anchor)
+        actor = (
+            self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour, anchor)
+        )
         self._anchors[actor] = anchor
         self.move(actor, position)
         actor.SetPickable(False)
@@ -146,10 +149,7 @@ def _letters(text: str, anchor: str) -> Any:
     from vtkmodules.vtkRenderingFreeType import vtkVectorText
 
     letters = vtkVectorText()
-    # The built-in outlines know ASCII only.
-    letters.SetText(
-        text.translate(str.maketrans({"°": " deg", "θ": "theta ", "φ": "phi", "×": "x", "–": "-"}))
-    )
+    letters.SetText(text.translate(PLAIN_LETTERS))
     letters.Update()
     flat = pv.wrap(letters.GetOutput())
     left, right, low, high, _, _ = flat.bounds

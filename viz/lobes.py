@@ -12,13 +12,13 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-
-from clbrdf.device import Device
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.evaluator import MeshEvaluator
 from clbrdf.viz.mesh import LobeMesh, whole
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.subject import Subject
+
+from clbrdf.device import Device
 
 Single = npt.NDArray[np.float32]
 Colours = npt.NDArray[np.uint8]
@@ -123,9 +123,7 @@ class FittedLobe:
         self._evaluator.move(theta_i)
         self._values = self._evaluator.values(parameters)
         if self.other is not None and self._second is not None:
-            subtracted = self.other.parameters(
-                self.other.column(float(self.subject.wavelength[column]))
-            )
+            subtracted = self.other.parameters(self.other.column(float(self.subject.wavelength[column])))
             if subtracted is None:
                 return False
             self._second.move(theta_i)
@@ -235,7 +233,9 @@ class MeasuredLobe:
         if len(rows) == 0:
             self.polydata.copy_structure(_nothing())
             return False
-        angles = np.column_stack([scan.theta_r[rows], np.where(scan.theta_r[rows] == 0.0, 0.0, scan.phi[rows])])
+        angles = np.column_stack(
+            [scan.theta_r[rows], np.where(scan.theta_r[rows] == 0.0, 0.0, scan.phi[rows])]
+        )
         places, where = np.unique(angles, axis=0, return_inverse=True)
         counts = np.bincount(where.ravel())
         self._values = np.bincount(where.ravel(), weights=values) / counts

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.style import BLACK, BLUE, VERMILION, rgb
@@ -113,9 +112,7 @@ class Marks:
             ends = vectors * scale.length(model, self.cos_r)[:, None]
             count = len(ends)
             pairs = np.stack([np.full(count, 2), np.arange(count), np.arange(count) + count], axis=-1)
-            whiskers = pv.PolyData(
-                np.vstack([self.positions, ends]).astype(np.float32), lines=pairs.ravel()
-            )
+            whiskers = pv.PolyData(np.vstack([self.positions, ends]).astype(np.float32), lines=pairs.ravel())
             colours = np.where((measured > model)[:, None], ABOVE, BELOW).astype(np.uint8)
             whiskers.point_data["colour"] = np.vstack([colours, colours])
             whiskers.GetPointData().SetActiveScalars("colour")

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from clbrdf.device import Device
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint
 from clbrdf.viz.marks import Marks
@@ -20,7 +18,12 @@ from clbrdf.viz.stage import Stage
 from clbrdf.viz.style import SERIES, Look, rgb
 from clbrdf.viz.subject import Subject, lobe_width
 
+from clbrdf.device import Device
+
 Array = npt.NDArray[np.float64]
+
+MANY_POINTS = 150
+"""From here on measured points are drawn smaller, so that the surface is seen."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,9 @@ class Panel:
             self.lobes.append(lobe)
             self.actors.append(self._actor(lobe, k))
             if look.points and entry.minus is None and len(self.entries) == 1:
-                self.marks.append(Marks(renderer, entry.subject, size=max(5.0, 0.42 * letters.size)))
+                many = len(entry.subject.rows(entry.theta_i)) > MANY_POINTS
+                size = max(3.0, (0.24 if many else 0.38) * letters.size)
+                self.marks.append(Marks(renderer, entry.subject, size))
         self.there = [False] * len(self.lobes)
 
     def _actor(self, lobe: Lobe, place: int) -> Any:
@@ -174,12 +179,13 @@ class Panel:
         angles = tuple(dict.fromkeys(e.theta_i for e in self.entries))
         self.stage.show(angles, scale, self.signed)
 
-    def caption(self) -> str:
-        """Words of this picture: what, where, the peak, the measured points."""
+    def caption(self, named: bool = False) -> str:
+        """Words of this picture: what (by name where there are several), where, the peak, the points."""
         entry = self.entries[0]
         columns = dict.fromkeys(f"{e.subject.wavelength[e.column]:g} nm" for e in self.entries)
         angles = dict.fromkeys(f"{e.theta_i:g}°" for e in self.entries)
-        lines = [f"θi = {', '.join(angles)},  λ = {', '.join(columns)}"]
+        who = f"{entry.name}:  " if named and len(self.entries) == 1 else ""
+        lines = [f"{who}θi = {', '.join(angles)},  λ = {', '.join(columns)}"]
         if len(self.entries) > 1:
             return lines[0]
         if self.there[0]:
@@ -189,6 +195,5 @@ class Panel:
             lines.append(peak_text(np.ravel(lobe.values), vectors, limit, self.signed))
         else:
             lines.append("nothing fitted or measured here")
-        for marks in self.marks:
-            lines.append(points_text(entry.subject, entry.theta_i, len(marks.rows), marks.masked))
+        lines += [points_text(entry.subject, entry.theta_i, len(m.rows), m.masked) for m in self.marks]
         return "\n".join(lines)

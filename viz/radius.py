@@ -64,10 +64,10 @@ class RadiusScale:
         """Lengths and labels of the scale bar, from 0 to 1, three to six of them."""
         if self.mode == "log":
             first, last = np.ceil(np.log10(self.floor) - 1e-9), np.floor(np.log10(self.top) + 1e-9)
-            step = max(1, int(np.ceil((last - first) / 5.0)))
-            values = [10.0**k for k in np.arange(first, last + 1.0, step)]
-            if len(values) < 2:
-                values = [self.floor, np.sqrt(self.floor * self.top), self.top]
+            stride = max(1.0, np.ceil((last - first) / 5.0))
+            values = [10.0**k for k in np.arange(first, last + 1.0, stride)]
+            if len(values) < 3:
+                values = steps_125(self.floor, self.top)
             return [(float(self.length(v, 1.0)), plain(v)) for v in values]
         step = nice_step(self.top)
         return [(k * step / self.top, plain(k * step)) for k in range(int(self.top / step * 1.0001) + 1)]
@@ -90,6 +90,14 @@ class RadiusScale:
 def plain(value: float) -> str:
     """Return a tick's value without an exponent where it reads well."""
     return f"{float(f'{value:.4g}'):g}"
+
+
+def steps_125(low: float, high: float) -> list[float]:
+    """Return the values 1, 2 and 5 times powers of ten in [low, high], both positive; the ends if few."""
+    powers = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+    values = [m * 10.0**k for k in powers for m in (1.0, 2.0, 5.0)]
+    inside = [v for v in values if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
+    return inside if len(inside) >= 2 else [low, high]
 
 
 def nice_step(top: float) -> float:

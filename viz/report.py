@@ -10,22 +10,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from clbrdf.viz.curves import measured_and_model, spectral_map
+from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 from clbrdf.device import Device
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.files import check_output, whole_file, whole_text
 from clbrdf.fit.result import Fit
 from clbrdf.progress import Report, silent
-from clbrdf.viz.curves import measured_and_model, spectral_map
-from clbrdf.viz.graphics import GraphicsError, require_off_screen
-from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
-from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STYLE = """
- body { font: 15px/1.5 system-ui, sans-serif; color: #111; max-width: 1100px; margin: 2em auto; padding: 0 1em; }
+ body { font: 15px/1.5 system-ui, sans-serif; color: #111; max-width: 1100px;
+        margin: 2em auto; padding: 0 1em; }
  h1 { font-size: 24px; } h2 { font-size: 18px; margin-top: 2em; border-bottom: 1px solid #ccc; }
  img { max-width: 100%; height: auto; } figure { margin: 1em 0; } figcaption { color: #444; font-size: 14px; }
  table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
@@ -76,16 +77,7 @@ def write_report(
         raise InputError(f"{target}: cannot be made ({error.strerror}); name another with -o") from error
     for name in FILES:
         check_output(target / name, overwrite)
-    figures: list[tuple[str, str, Callable[[], Figure], str]] = [
-        ("Measured and model", "Points: measured; lines: model; below: deviation (Figs. 9–11).",
-         lambda: measured_and_model(fit), "svg"),
-        ("BRDF over wavelength and view angle", "Measured above, model below (Fig. 5).",
-         lambda: spectral_map(fit), "png"),
-        ("Parameters over wavelength", "Bands: 1σ. Open marks: uncertainty unknown, at a bound or not determined"
-         " by the data. Crosses: not converged.", lambda: parameter_spectra(fit), "svg"),
-        ("Quality of the fit", "E of (13) with the weights used; σr of (14) for each incident zenith (Table 2).",
-         lambda: quality_spectra(fit), "svg"),
-    ]  # fmt: skip
+    figures = _figures(fit)
     steps = len(figures) + 2
     sections = []
     for k, (title, caption, draw, kind) in enumerate(figures):
@@ -106,11 +98,46 @@ def write_report(
         with whole_file(target / name, overwrite) as part:
             part.write_bytes(data)
         written.append(target / name)
-    csv = "\n".join(",".join(_cell(v, 10) for v in row) for row in [names, *rows]) + "\n"
+    lines = [",".join(names), *(",".join(_cell(v, 10) for v in row) for row in rows)]
+    csv = "\n".join(lines) + "\n"
     whole_text(target / "parameters.csv", csv, overwrite)
     whole_text(target / "report.html", _page(fit, sections), overwrite)
     report(steps, steps)
     return [target / "report.html", target / "parameters.csv", *written], missing
+
+
+Figures = list[tuple[str, str, Callable[[], "Figure"], str]]
+
+
+def _figures(fit: Fit) -> Figures:
+    """Title, caption, how it is drawn, and the kind of file of every flat figure."""
+    return [
+        (
+            "Measured and model",
+            "Points: measured; lines: model; below: deviation (Figs. 9–11).",
+            lambda: measured_and_model(fit),
+            "svg",
+        ),
+        (
+            "BRDF over wavelength and view angle",
+            "Measured above, model below (Fig. 5).",
+            lambda: spectral_map(fit),
+            "png",
+        ),
+        (
+            "Parameters over wavelength",
+            "Bands: 1σ. Open marks: uncertainty unknown, at a bound or not determined by the data. Crosses:"
+            " not converged.",
+            lambda: parameter_spectra(fit),
+            "svg",
+        ),
+        (
+            "Quality of the fit",
+            "E of (13) with the weights used; σr of (14) for each incident zenith (Table 2).",
+            lambda: quality_spectra(fit),
+            "svg",
+        ),
+    ]
 
 
 def _page(fit: Fit, sections: list[str]) -> str:
@@ -161,7 +188,8 @@ def _figure(draw: Callable[[], Figure], kind: str, caption: str) -> str:
 def _image(data: bytes, kind: str, caption: str) -> str:
     text = base64.b64encode(data).decode("ascii")
     words = escape(caption)
-    return f'<figure><img src="data:{kind};base64,{text}" alt="{words}"><figcaption>{words}</figcaption></figure>'
+    image = f'<img src="data:{kind};base64,{text}" alt="{words}">'
+    return f"<figure>{image}<figcaption>{words}</figcaption></figure>"
 
 
 def _lobes(fit: Fit, device: Device | None) -> tuple[list[tuple[bytes, str]], str]:
@@ -177,13 +205,12 @@ def _lobes(fit: Fit, device: Device | None) -> tuple[list[tuple[bytes, str]], st
 
 def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, str]]:
     """Draw the lobes of up to four incident angles, linear and logarithmic, as PNGs with captions."""
-    from PIL import Image
-
     from clbrdf.viz.panel import Entry
     from clbrdf.viz.scene import Scene
     from clbrdf.viz.stills import pixels
     from clbrdf.viz.style import Look
     from clbrdf.viz.subject import Subject
+    from PIL import Image
 
     subject = Subject(fit.scan.sample or "a sample", fit.scan, fit)
     angles = fit.scan.incident_angles
@@ -191,8 +218,12 @@ def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, s
     wavelength = subject.default_wavelength()
     entries = [Entry(subject, wavelength, float(a)) for a in chosen]
     out = []
-    for radius, words in (("linear", "The radius is the BRDF."), ("log", "The radius is its logarithm.")):
-        scene = Scene(entries, Look(radius=radius), device=device)
+    looks = (
+        (Look(radius="linear"), "The radius is the BRDF."),
+        (Look(radius="log"), "The radius is its logarithm."),
+    )
+    for look, words in looks:
+        scene = Scene(entries, look, device=device)
         data = io.BytesIO()
         Image.fromarray(pixels(scene)).save(data, format="PNG")
         scene.close()

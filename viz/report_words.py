@@ -46,7 +46,9 @@ def warning_lines(fit: Fit) -> list[str]:
         share = 100.0 * count / fit.scan.brdf.size
         lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")
     if int(fit.not_finite.sum()):
-        lines.append(f"{int(fit.not_finite.sum())} evaluations of the search were not finite and were refused")
+        lines.append(
+            f"{int(fit.not_finite.sum())} evaluations of the search were not finite and were refused"
+        )
     repeated = fit.scan.repeated_directions()
     if repeated:
         lines.append(f"{repeated} directions are repeats of earlier ones; all were fitted")

@@ -8,11 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-
-from clbrdf.device import Device
-from clbrdf.errors import InputError
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
-from clbrdf.viz.colour import chromatic_rgb, check_spectrum, colour_weights
+from clbrdf.viz.colour import check_spectrum, chromatic_rgb, colour_weights
 from clbrdf.viz.colour_bar import Key, value_paint
 from clbrdf.viz.lettering import Lettering, screen_text
 from clbrdf.viz.lobes import FittedLobe
@@ -22,6 +19,9 @@ from clbrdf.viz.panel import Entry, Panel
 from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
 from clbrdf.viz.style import COLOUR_MODES, Look
 from clbrdf.viz.subject import drawing_limit
+
+from clbrdf.device import Device
+from clbrdf.errors import InputError
 
 MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
@@ -115,7 +115,10 @@ class Scene:
         left, bottom, right, top = self.area
         places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
         self.plotter = pv.Plotter(
-            shape=(1, len(groups) + (inset is not None)), off_screen=off_screen, window_size=list(size), border=False
+            shape=(1, len(groups) + (inset is not None)),
+            off_screen=off_screen,
+            window_size=list(size),
+            border=False,
         )
         self.plotter.render_window.SetMultiSamples(samples)
         self.ground: Any = None
@@ -222,7 +225,7 @@ class Scene:
 
     def _word(self) -> None:
         for caption, panel in zip(self._captions, self.panels, strict=True):
-            caption.SetInput(panel.caption())
+            caption.SetInput(panel.caption(self.named))
         entries = [e for p in self.panels for e in p.entries]
         self._title.SetInput(",  ".join(dict.fromkeys(e.name for e in entries)))
         self._notes.SetInput("\n".join(self.notes()))
@@ -235,6 +238,11 @@ class Scene:
             self._key.show_bar(self.paint, self.key_title)
 
     @property
+    def named(self) -> bool:
+        """Whether panels need the name of what they show."""
+        return len({e.name for p in self.panels for e in p.entries}) > 1
+
+    @property
     def key_title(self) -> str:
         """Title of the colour bar."""
         return "difference\n(1/sr)" if self.panels[0].signed else "BRDF (1/sr)\nlog colours"
@@ -244,7 +252,7 @@ class Scene:
         return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.wavelength[entry.column]:g} nm"
 
     def notes(self) -> list[str]:
-        """Return what the whole figure says of itself: sources of the surfaces, radius, limit, missing values."""
+        """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""
         lobes = [lobe for p in self.panels for lobe in p.lobes]
         entries = [e for p in self.panels for e in p.entries]
         kinds = dict.fromkeys(
@@ -256,9 +264,9 @@ class Scene:
         out = [f"surface: {'; '.join(kinds)}.  {radius}" + (" (scale held)" if self.held else "")]
         if any(isinstance(lobe, FittedLobe) for lobe in lobes):
             wild = sum(int(np.count_nonzero(~np.isfinite(lobe.values))) for lobe in lobes)
-            out.append(clip_text(self.limit) + (f"; {wild} values beyond all bounds cut" if wild else ""))
+            out.append(clip_text(self.limit) + (f"; {wild} infinite values cut" if wild else ""))
         if any(p.marks and p.marks[0].model is not None for p in self.panels):
-            out[-1] += ".  whiskers: measured above (orange), below (blue) the model"
+            out[-1] += ".  Whiskers: measured above (orange), below (blue)"
         return out
 
     def set(self, wavelength: float | None = None, theta_i: float | None = None) -> None:

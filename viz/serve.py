@@ -13,11 +13,12 @@ from http.cookies import SimpleCookie
 from typing import Any
 from urllib.parse import urlsplit
 
-from clbrdf.errors import InputError
 from clbrdf.viz.control import Control
 from clbrdf.viz.radius import RADIUS_MODES
 from clbrdf.viz.style import COLOUR_MODES
 from clbrdf.viz.window import CLICK_REACH
+
+from clbrdf.errors import InputError
 
 COOKIE = "clbrdf_token"
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
@@ -60,7 +61,6 @@ def guard(token: str | None) -> Any:
     """Return the aiohttp middleware that refuses what is not `allowed`."""
     from aiohttp import web
 
-    @web.middleware
     async def check(request: Any, handler: Callable[[Any], Awaitable[Any]]) -> Any:
         headers = request.headers
         query = request.query.get("token", "")
@@ -78,7 +78,7 @@ def guard(token: str | None) -> Any:
             raise response
         return response
 
-    return check
+    return web.middleware(check)
 
 
 def session_answer(secret: str) -> Any:
@@ -170,14 +170,28 @@ class Page:
                     top = control.largest_incident
                     v.VSlider(v_model=("incident",), min=0, max=top, step=0.5, id="incident", **small)
                     v.VSelect(
-                        v_model=("radius",), items=("radii", list(RADIUS_MODES)), label="radius", id="radius", **small
+                        v_model=("radius",),
+                        items=("radii", list(RADIUS_MODES)),
+                        label="radius",
+                        id="radius",
+                        **small,
                     )
                     v.VSelect(
-                        v_model=("colour",), items=("colours", list(COLOUR_MODES)), label="colour", id="colour", **small
+                        v_model=("colour",),
+                        items=("colours", list(COLOUR_MODES)),
+                        label="colour",
+                        id="colour",
+                        **small,
                     )
                     v.VCheckbox(v_model=("points",), label="points", id="points", **small)
                     v.VCheckbox(v_model=("held",), label="hold scale", id="held", **small)
-                    v.VBtn("first view", click=self._first_view, id="first-view", variant="outlined", size="small")
+                    v.VBtn(
+                        "first view",
+                        click=self._first_view,
+                        id="first-view",
+                        variant="outlined",
+                        size="small",
+                    )
                 with html.Div(style="flex: 1; min-height: 0; position: relative", id="picture"):
                     self.view = vtk.VtkRemoteView(
                         scene.plotter.render_window,
@@ -265,5 +279,5 @@ class Page:
             )
         except OSError as error:
             raise InputError(
-                f"cannot listen on {self.host} port {self.port} ({error.strerror}); choose another with --port"
+                f"cannot listen on {self.host} port {self.port} ({error.strerror}); choose another --port"
             ) from None

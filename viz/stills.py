@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from clbrdf.viz.scene import Scene
 
 from clbrdf.errors import InputError
 from clbrdf.files import check_output, whole_file
 from clbrdf.progress import Report, silent
-from clbrdf.viz.scene import Scene
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]
@@ -71,7 +71,7 @@ def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[f
         stops = subject.wavelength
         if len(stops) < 2:
             raise InputError(
-                f"{subject.name} has one wavelength, {stops[0]:g} nm; sweep the incident angle: --sweep theta-i"
+                f"{subject.name} has one wavelength, {stops[0]:g} nm; sweep over angles: --sweep theta-i"
             )
         if frames is not None and frames < len(stops):
             stops = stops[np.linspace(0, len(stops) - 1, frames).round().astype(int)]
@@ -172,7 +172,12 @@ def save_mp4(
         film = part.with_suffix(".mp4")  # the encoder goes by the name's end
         try:
             writer = writer_of(
-                str(film), scene.size, fps=FRAMES_A_SECOND, macro_block_size=2, quality=8, ffmpeg_log_level="error"
+                str(film),
+                scene.size,
+                fps=FRAMES_A_SECOND,
+                macro_block_size=2,
+                quality=8,
+                ffmpeg_log_level="error",
             )
             writer.send(None)
             try:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from clbrdf.viz.mesh import WIDEST
 
 from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
-from clbrdf.viz.mesh import WIDEST
 
 Array = npt.NDArray[np.float64]
 
@@ -35,11 +35,14 @@ class Subject:
         For legends.
     scan : Scan
     fit : Fit or None
+    source : str
+        Name of the file, "" if there is none.
     """
 
     name: str
     scan: Scan
     fit: Fit | None = None
+    source: str = ""
 
     @property
     def wavelength(self) -> Array:
@@ -78,13 +81,13 @@ class Subject:
             )
 
     def default_incident(self) -> float:
-        """The measured incident zenith nearest to 45° that has usable values, degrees."""
+        """Return the measured incident zenith nearest to 45° that has usable values, degrees."""
         usable = ~self.scan.mask.all(axis=1)
         angles = np.unique(self.scan.theta_i[usable]) if usable.any() else self.scan.incident_angles
         return float(angles[np.abs(angles - 45.0).argmin()])
 
     def default_wavelength(self) -> float:
-        """The usable wavelength nearest to 550 nm: fitted if there is a fit, measured otherwise."""
+        """Return the usable wavelength nearest to 550 nm: fitted if there is a fit, measured otherwise."""
         usable = ~self.scan.mask.all(axis=0)
         if self.fit is not None:
             usable |= np.isfinite(self.fit.vector).all(axis=1)
@@ -107,16 +110,21 @@ def open_subject(path: str | Path) -> Subject:
     if scan.mask.all() and (fit is None or not np.isfinite(fit.vector).all(axis=1).any()):
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         raise InputError(f"{path}: nothing to show: all {scan.brdf.size} values are masked ({reasons})")
-    return Subject(scan.sample or Path(path).stem, scan, fit)
+    return Subject(scan.sample or Path(path).stem, scan, fit, Path(path).name)
 
 
 def named_apart(subjects: Sequence[Subject]) -> list[Subject]:
-    """Return the subjects with a number after names that occur twice."""
+    """Return the subjects with the name of their file, or a number, after names that occur twice."""
     names = [s.name for s in subjects]
-    return [
-        s if names.count(s.name) == 1 else Subject(f"{s.name} ({k + 1})", s.scan, s.fit)
-        for k, s in enumerate(subjects)
-    ]
+    files = [s.source for s in subjects]
+    out = []
+    for k, subject in enumerate(subjects):
+        name = subject.name
+        if names.count(name) > 1:
+            apart = subject.source if files.count(subject.source) == 1 else str(k + 1)
+            name = f"{name} ({apart})"
+        out.append(replace(subject, name=name))
+    return out
 
 
 def drawing_limit(subjects: Sequence[Subject], theta_i: npt.ArrayLike = ()) -> float:
@@ -137,7 +145,9 @@ def lobe_width(subject: Subject, theta_i: float) -> float:
     rho = np.geomspace(1e-4, 60.0, 400)
     theta_r = theta_i - rho
     directions = Directions(
-        np.array([theta_i]), np.append(np.abs(theta_r), theta_i), np.append(np.where(theta_r < 0, 0.0, 180.0), 180.0)
+        np.array([theta_i]),
+        np.append(np.abs(theta_r), theta_i),
+        np.append(np.where(theta_r < 0, 0.0, 180.0), 180.0),
     )
     values = subject.fit.evaluate(directions)
     good = np.isfinite(values).all(axis=0)

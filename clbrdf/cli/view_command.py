@@ -122,11 +122,11 @@ def command(
         if png is not None:
             stills.save_png(scene, png, transparent, overwrite)
             told.print(f"wrote {png}")
-        for path, save in ((gif, stills.save_gif), (mp4, stills.save_mp4)):
-            if path is not None:
-                with progress_bar(f"drawing {path.name}") as report:
-                    stops = save(scene, path, sweep, frames, overwrite, report)
-                told.print(f"wrote {path}: {stops} stops")
+        for film, save in ((gif, stills.save_gif), (mp4, stills.save_mp4)):
+            if film is not None:
+                with progress_bar(f"drawing {film.name}") as report:
+                    stops = save(scene, film, sweep, frames, overwrite, report)
+                told.print(f"wrote {film}: {stops} stops")
         scene.close()
     if html is not None:
         from clbrdf.viz.html import save_html
