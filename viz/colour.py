@@ -3,7 +3,7 @@
 Colour matching functions: the piecewise Gaussian fits of C. Wyman, P.-P. Sloan and P. Shirley, "Simple
 analytic approximations to the CIE XYZ color matching functions", J. Comput. Graph. Tech. 2(2), 2013,
 1–11, the multi-lobe fit. Against the CIE table at 10 nm (tests/viz/test_colour.py) the fits stay within
-0.024 (x̄), 0.017 (ȳ) and 0.041 (z̄) where the functions peak at 1.06, 1.0 and 1.78; a flat spectrum comes out
+0.011 (x̄), 0.008 (ȳ) and 0.013 (z̄) where the functions peak at 1.06, 1.0 and 1.78; a flat spectrum comes out
 within 0.002 of the chromaticity of D65.
 
 D65: relative spectral power, CIE 15:2004, table T.1, every 10 nm, linear between.

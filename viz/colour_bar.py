@@ -14,7 +14,7 @@ from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table, rgb
 
 Colours = npt.NDArray[np.uint8]
 
-LEFT, RIGHT, BOTTOM, TOP = 0.90, 0.92, 0.30, 0.78
+LEFT, RIGHT, BOTTOM, TOP = 0.888, 0.906, 0.30, 0.78
 """Place of the bar in the window, normalised."""
 
 

@@ -159,9 +159,11 @@ class Control:
     def _pick_surface(panel: Panel, x: float, y: float) -> str:
         if not panel.there[0] or not isinstance(panel.lobes[0], FittedLobe | MeasuredLobe):
             return ""
-        from vtkmodules.vtkRenderingCore import vtkPropPicker
+        from vtkmodules.vtkRenderingCore import vtkCellPicker
 
-        picker = vtkPropPicker()
+        # By geometry: the depth buffer is gone once the words have been drawn over the panels.
+        picker = vtkCellPicker()
+        picker.SetTolerance(1e-5)
         picker.PickFromListOn()
         for actor in panel.actors:
             picker.AddPickList(actor)

@@ -30,6 +30,9 @@ class Lobe(Protocol):
     """One surface of a picture."""
 
     polydata: Any
+    outline: Any
+    """The surface's curve in the plane of incidence, drawn as a line: it is seen where the lobe itself is
+    narrower than a pixel. None where there is no such curve."""
 
     def evaluate(self, column: int, theta_i: float) -> bool:
         """Find the values at a wavelength and an incident zenith; False where there are none."""
@@ -96,6 +99,10 @@ class FittedLobe:
         self._points = np.asarray(self.polydata.points).reshape(*grid, 3)
         self._normals = np.asarray(self.polydata.point_data["Normals"]).reshape(*grid, 3)
         self._colours = np.asarray(self.polydata.point_data["colour"]).reshape(*grid, 3)
+        self.outline = pv.PolyData()
+        self.outline.SetPoints(self.polydata.GetPoints())
+        curve = mesh.plane_curve
+        self.outline.lines = np.append(len(curve), curve)
         self.polydata.GetPointData().SetNormals(self.polydata.GetPointData().GetArray("Normals"))
         self.polydata.GetPointData().SetActiveScalars("colour")
 
@@ -153,6 +160,7 @@ class FittedLobe:
             array.Modified()
         self.polydata.GetPoints().Modified()
         self.polydata.Modified()
+        self.outline.Modified()
 
     def set_colours(self, colours: Colours) -> None:
         """Set the colours of the evaluated half, (R + 1, S + 1, 3)."""
@@ -198,6 +206,7 @@ class MeasuredLobe:
 
         self.subject, self.other = subject, other
         self.polydata = pv.PolyData()
+        self.outline = None
         self._values = np.zeros(0)
         self._cos_r = np.zeros(0)
         self._vectors = np.zeros((0, 3))

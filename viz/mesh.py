@@ -75,6 +75,12 @@ class LobeMesh:
         return np.concatenate([first.reshape(-1, 3), second[1:].reshape(-1, 3)])
 
     @cached_property
+    def plane_curve(self) -> npt.NDArray[np.int64]:
+        """Points of the plane of incidence, (2R + 1,), from the forward limit over the mirror direction."""
+        rings = np.arange(self.rings + 1) * 2 * self.sectors
+        return np.append(rings[::-1], rings[1:] + self.sectors)
+
+    @cached_property
     def _circle(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         psi = np.pi * np.arange(self.sectors + 1) / self.sectors
         return np.cos(psi), np.where(np.arange(self.sectors + 1) % self.sectors == 0, 0.0, np.sin(psi))

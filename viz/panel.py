@@ -22,6 +22,7 @@ from clbrdf.device import Device
 
 Array = npt.NDArray[np.float64]
 
+OUTLINE = "#3a3a3a"
 MANY_POINTS = 150
 """From here on measured points are drawn smaller, so that the surface is seen."""
 
@@ -56,7 +57,7 @@ class Entry:
         """What is shown, with the sign of a difference."""
         if self.minus is None:
             return self.subject.name
-        if self.minus.scan is self.subject.scan:
+        if self.minus is self.subject:
             return f"{self.subject.name}: measured − model"
         return f"{self.subject.name} − {self.minus.name}"
 
@@ -66,7 +67,7 @@ def make_lobe(entry: Entry, mesh: LobeMesh, device: Device | None) -> Lobe:
     fitted = entry.subject.fit is not None
     if entry.minus is None:
         return FittedLobe(entry.subject, mesh, device) if fitted else MeasuredLobe(entry.subject)
-    if fitted and entry.minus.fit is not None and entry.minus.scan is not entry.subject.scan:
+    if fitted and entry.minus.fit is not None and entry.minus is not entry.subject:
         return FittedLobe(entry.subject, mesh, device, entry.minus)
     return MeasuredLobe(entry.subject, entry.minus)
 
@@ -102,6 +103,7 @@ class Panel:
         self.stage = Stage(renderer, letters)
         self.lobes: list[Lobe] = []
         self.actors: list[Any] = []
+        self.outlines: list[Any] = []
         self.marks: list[Marks] = []
         for k, entry in enumerate(self.entries):
             own = mesh or LobeMesh(lobe_width(entry.subject, min(entry.theta_i, limit)), limit)
@@ -134,6 +136,24 @@ class Panel:
             mapper.ScalarVisibilityOff()
             shape.SetColor(*rgb(self.colour_of(place)))
             shape.SetOpacity(0.45)
+        self.renderer.AddActor(actor)
+        if lobe.outline is not None:
+            self.outlines.append(self._outline(lobe.outline, self.colour_of(place)))
+        return actor
+
+    def _outline(self, data: Any, colour: str) -> Any:
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputData(data)
+        mapper.ScalarVisibilityOff()
+        actor = vtkActor()
+        actor.SetMapper(mapper)
+        shape = actor.GetProperty()
+        shape.SetColor(*rgb(colour if len(self.entries) > 1 else OUTLINE))
+        shape.SetLineWidth(1.5)
+        shape.LightingOff()
+        actor.PickableOff()
         self.renderer.AddActor(actor)
         return actor
 
@@ -174,6 +194,8 @@ class Panel:
             actor.SetVisibility(there)
             if there:
                 lobe.draw(scale, one)
+        for actor in self.outlines:
+            actor.SetVisibility(any(self.there))
         for marks in self.marks:
             marks.draw(scale)
         angles = tuple(dict.fromkeys(e.theta_i for e in self.entries))

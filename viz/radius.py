@@ -70,7 +70,9 @@ class RadiusScale:
                 values = steps_125(self.floor, self.top)
             return [(float(self.length(v, 1.0)), plain(v)) for v in values]
         step = nice_step(self.top)
-        return [(k * step / self.top, plain(k * step)) for k in range(int(self.top / step * 1.0001) + 1)]
+        return [
+            (k * step / self.top, plain(k * step)) for k in range(int(self.top / step * (1.0 + 1e-9)) + 1)
+        ]
 
     @property
     def title(self) -> str:
@@ -89,7 +91,8 @@ class RadiusScale:
 
 def plain(value: float) -> str:
     """Return a tick's value without an exponent where it reads well."""
-    return f"{float(f'{value:.4g}'):g}"
+    text = f"{float(f'{value:.4g}'):g}" if abs(value) < 1e5 else f"{value:.4g}"
+    return text.replace("e+0", "e").replace("e-0", "e-")
 
 
 def steps_125(low: float, high: float) -> list[float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -28,6 +29,9 @@ SMALLEST, LARGEST = 200, 8000
 """Sides of a picture, pixels."""
 STILL_SAMPLES, MOVING_SAMPLES = 4, 0
 CAPTION_LINES = 4.2
+NOTE_LENGTHS = (95, 108)
+"""Letters of the longest usual lines of `Scene.notes`."""
+LINE_HEIGHT = 1.17
 """Height of a panel's caption, in letters."""
 
 
@@ -44,6 +48,16 @@ def panel_places(count: int, width: float, height: float) -> list[tuple[float, f
         (c / columns, 1.0 - (r + 1) / rows, (c + 1) / columns, 1.0 - r / rows)
         for r, c in (divmod(k, columns) for k in range(count))
     ]
+
+
+def characters(width: int, letter: int) -> int:
+    """How many letters of a height fit into a width, both in pixels: DejaVu Sans averages 0.56."""
+    return max(12, int(0.96 * width / (0.57 * letter)))
+
+
+def wrapped(text: str, width: int) -> str:
+    """Break lines longer than a number of letters."""
+    return "\n".join(textwrap.fill(line, width) for line in text.split("\n"))
 
 
 class Scene:
@@ -111,7 +125,8 @@ class Scene:
         self.paint = value_paint(1e-3, 1.0, False)
         self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
         groups = [list(entries)] if self.overlay else [[e] for e in entries]
-        self.area = area if words else (0.0, 0.0, 1.0, 1.0)
+        self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
+        self.area = self._below_words(area) if words else (0.0, 0.0, 1.0, 1.0)
         left, bottom, right, top = self.area
         places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
         self.plotter = pv.Plotter(
@@ -127,11 +142,11 @@ class Scene:
             self.plotter.set_background("white")
         else:
             self._lay_background()
-        self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
         self.view = PAGE_VIEW if flat_labels else View()
         self.panels: list[Panel] = []
         self._sizes: list[tuple[int, int]] = []
         self.corners: list[tuple[float, float, int]] = []
+        self._rights: list[float] = []
         self.inset = self.plotter.renderers[len(groups)] if inset is not None else None
         if self.inset is not None and inset is not None:
             self.inset.viewport = inset
@@ -148,6 +163,7 @@ class Scene:
             self.view.apply(renderer.camera, *small)
             renderer.camera_set = True
             self.corners.append((x0 + 0.018, y1, letter))
+            self._rights.append(x1)
         self._words = words
         self.front = self._front_renderer() if words else None
         self.update()
@@ -163,6 +179,12 @@ class Scene:
                 if entry.minus is not None:
                     raise InputError("a difference has no spectral colour; colour it by value")
                 check_spectrum(entry.subject.wavelength)
+
+    def _below_words(self, area: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+        """Leave room for the notes, which take more lines in a narrow picture."""
+        lines = sum(-(-length // characters(self.size[0], self.letter)) for length in NOTE_LENGTHS)
+        height = (2.6 + LINE_HEIGHT * lines) * self.letter / self.size[1]
+        return area[0], area[1], area[2], min(area[3], 1.0 - height)
 
     def _lay_background(self) -> None:
         """Put a white renderer under everything: panels do not cover the window."""
@@ -224,11 +246,17 @@ class Scene:
                 lobe.set_colours(chromatic_rgb(lobe.spectra() @ weights.T))
 
     def _word(self) -> None:
-        for caption, panel in zip(self._captions, self.panels, strict=True):
-            caption.SetInput(panel.caption(self.named))
+        corners = [
+            (right - x, letter) for (x, _, letter), right in zip(self.corners, self._rights, strict=True)
+        ]
+        for caption, panel, (x1, letter) in zip(self._captions, self.panels, corners, strict=True):
+            fitting = characters(round(x1 * self.size[0]), letter)
+            caption.SetInput(wrapped(panel.caption(self.named), fitting))
         entries = [e for p in self.panels for e in p.entries]
-        self._title.SetInput(",  ".join(dict.fromkeys(e.name for e in entries)))
-        self._notes.SetInput("\n".join(self.notes()))
+        title = ",  ".join(dict.fromkeys(e.name for e in entries))
+        fitting = characters(self.size[0], self.letter)
+        self._title.SetInput(textwrap.shorten(title, round(0.75 * fitting), placeholder=" …"))
+        self._notes.SetInput(wrapped("\n".join(self.notes()), fitting))
         if self.overlay:
             names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
             self._key.show_names(names)

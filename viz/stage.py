@@ -54,7 +54,7 @@ class Stage:
         actor.SetMapper(mapper)
         look = actor.GetProperty()
         look.SetColor(*rgb(colour))
-        look.SetLineWidth(width)
+        look.SetLineWidth(width * min(1.0, self.letters.size / 14.0))
         look.SetOpacity(opacity)
         look.LightingOff()
         actor.PickableOff()
@@ -121,7 +121,7 @@ class Stage:
         bar += [np.vstack([BAR_PLACE + r * up, BAR_PLACE + r * up - [BAR_TICK, 0.0, 0.0]]) for r, _ in ticks]
         self._bar.GetMapper().SetInputData(_lines(bar))
         name = f"difference, {scale.quantity}" if signed else scale.quantity
-        texts = [(name, BAR_PLACE + 1.1 * up, "centre")]
+        texts = [(name, BAR_PLACE + 1.1 * up - [0.2, 0.0, 0.0], "left")]
         beside = np.array([2.0 * BAR_TICK, 0.0, 0.0])
         texts += [(text, BAR_PLACE + r * up - beside, "right") for r, text in ticks]
         # While a slider moves the bar changes with every step: labels are reused, not made anew.

@@ -81,6 +81,8 @@ class Window:
         self.interactor.AddObserver("LeftButtonPressEvent", self._press, 1.0)
         self.interactor.AddObserver("LeftButtonReleaseEvent", self._release, 1.0)
         control.say(KEYS)
+        # A click before the first picture would find sliders without a shape, and VTK would end.
+        scene.render()
 
     def _slider(
         self, title: str, span: tuple[float, float], value: float, left: float, action: Callable[..., None]
