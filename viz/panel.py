@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from clbrdf.viz.lettering import Lettering
-from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint
+from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint, reference_values
 from clbrdf.viz.marks import Marks
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import peak_text, points_text
@@ -19,6 +19,7 @@ from clbrdf.viz.style import SERIES, Look, rgb
 from clbrdf.viz.subject import Subject, lobe_width
 
 from clbrdf.device import Device
+from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
@@ -70,6 +71,18 @@ def make_lobe(entry: Entry, mesh: LobeMesh, device: Device | None) -> Lobe:
     if fitted and entry.minus.fit is not None and entry.minus is not entry.subject:
         return FittedLobe(entry.subject, mesh, device, entry.minus)
     return MeasuredLobe(entry.subject, entry.minus)
+
+
+def check_difference(entry: Entry) -> None:
+    """Raise InputError where an entry subtracts measured values that have no direction in common."""
+    if entry.minus is None or (entry.minus.fit is not None):
+        return
+    rows = entry.subject.rows(entry.theta_i)
+    if not np.isfinite(reference_values(entry.minus, entry.subject, rows, entry.column)).any():
+        raise InputError(
+            f"{entry.subject.name} and {entry.minus.name} have no direction in common at θi ="
+            f" {entry.theta_i:g}°; fit one of them, and take the difference to its fit"
+        )
 
 
 class Panel:

@@ -158,7 +158,7 @@ def _size(text: str) -> tuple[int, int]:
 
 def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool) -> list[Entry]:
     """Return what is shown: every file at every wavelength and incident angle asked for."""
-    from clbrdf.viz.panel import Entry
+    from clbrdf.viz.panel import Entry, check_difference
     from clbrdf.viz.subject import named_apart, open_subject
 
     subjects = named_apart([open_subject(path) for path in files])
@@ -178,7 +178,10 @@ def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, dif
             raise InputError(f"--theta-i {value:g}: incident angles that can be drawn lie between 0 and 89")
         for subject in subjects:
             subject.check_incident(value)
-    return [Entry(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
+    entries = [Entry(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
+    for entry in entries:
+        check_difference(entry)
+    return entries
 
 
 def _difference(subjects: list[Subject]) -> tuple[list[Subject], Subject]:
