@@ -123,13 +123,3 @@ def open_queue(device: Device) -> cl.CommandQueue:
     platform, place = device.index
     context = cl.Context([cl.get_platforms()[platform].get_devices()[place]])
     return cl.CommandQueue(context)
-
-
-def vector_width(device: Device, precision: str) -> int:
-    """Lanes per work item: 1 on a GPU; on a CPU 8 (fp32) and 4 (fp64).
-
-    Wider vectors crash or hang the compiler of the PoCL that the wheel brings on AVX-512 machines.
-    """
-    if device.kind == "gpu":
-        return 1
-    return 4 if precision == "double" else 8

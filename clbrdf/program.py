@@ -11,24 +11,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clbrdf.device import Device, open_queue, vector_width
+from clbrdf.device import Device, open_queue
 from clbrdf.errors import DeviceError
+from clbrdf.lanes import Lanes, lanes_of
 from clbrdf.models import Model
 from clbrdf.models.model import LOG2_OF_ZERO
+from clbrdf.precision import Precision
 
 if TYPE_CHECKING:
     import pyopencl as cl
-
-Precision = Literal["single", "double"]
-
-EXP2_DEGREES = {"single": 6, "double": 10}
-"""Degree of the polynomial in exp2 for each precision (kernels/lib/exp2.cl)."""
-
-DTYPES: dict[str, type[np.floating]] = {"single": np.float32, "double": np.float64}
 
 # -cl-fast-relaxed-math is never used: it deletes the rounding in exp2. Signed zeros carry nothing here.
 BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
@@ -36,20 +31,23 @@ BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
 
 @dataclass(frozen=True)
 class Variant:
-    """What a program is built for: job file, model, precision, lanes per work item."""
+    """What a program is built for: job file, model, precision, lanes, library files.
+
+    The library file "pair" comes before the model and makes it careful; the others come after it.
+    """
 
     job: str
     model: Model
     precision: Precision
-    width: int
+    lanes: Lanes
     library: tuple[str, ...] = ()
 
     @classmethod
     def on(
         cls, device: Device, job: str, model: Model, precision: Precision, library: tuple[str, ...] = ()
     ) -> Variant:
-        """Return the variant with the number of lanes that suits a device."""
-        return cls(job, model, precision, vector_width(device, precision), library)
+        """Return the variant with the lanes that suit a device."""
+        return cls(job, model, precision, lanes_of(device, precision.dtype), library)
 
 
 def kernel_text(path: str) -> str:
@@ -77,11 +75,13 @@ def constants_text(variant: Variant) -> str:
     """Return the macros and the geometry record that follow from precision, lanes and model table."""
     model = variant.model
     names = [p.name.upper() for p in model.parameters]
-    degree = EXP2_DEGREES[variant.precision]
-    kind = "double" if variant.precision == "double" else "float"
-    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.width}", f"#define EXP2_DEGREE {degree}"]
-    if variant.precision == "double":
+    kind = "double" if variant.precision.dtype is np.float64 else "float"
+    lines = [f"#define REAL {kind}", f"#define WIDTH {variant.lanes.width}"]
+    lines += [f"#define UNROLL {variant.lanes.unroll}", f"#define EXP2_DEGREE {variant.precision.degree}"]
+    if kind == "double":
         lines.append("#define REAL_IS_DOUBLE")
+    if "pair" in variant.library:
+        lines.append("#define CAREFUL")
     lines.append(f"#define LOG2_OF_ZERO {LOG2_OF_ZERO:.1f}{'' if kind == 'double' else 'f'}")
     lines += [f"#define P {len(names)}", f"#define F {len(model.feature_names)}"]
     lines += [f"#define {name} {j}" for j, name in enumerate(names)]
@@ -113,7 +113,9 @@ def geometry_text(model: Model) -> str:
 def source_text(variant: Variant) -> str:
     """Return the whole source of a variant."""
     library = "".join(
-        philox_text() if name == "philox" else kernel_text(f"lib/{name}.cl") for name in variant.library
+        philox_text() if name == "philox" else kernel_text(f"lib/{name}.cl")
+        for name in variant.library
+        if name != "pair"
     )
     return (
         constants_text(variant)
@@ -121,6 +123,7 @@ def source_text(variant: Variant) -> str:
         + kernel_text("lib/exp2.cl")
         + kernel_text("lib/direction.cl")
         + geometry_text(variant.model)
+        + (kernel_text("lib/pair.cl") if "pair" in variant.library else "")
         + kernel_text(f"models/{variant.model.name}.cl")
         + library
         + kernel_text(f"{variant.job}.cl")
@@ -140,7 +143,7 @@ def build(device: Device, variant: Variant) -> cl.Program:
 
     import pyopencl as cl
 
-    if variant.precision == "double" and not device.has_double:
+    if variant.precision.dtype is np.float64 and not device.has_double:
         raise DeviceError(f"{device} does not compute in double precision; ask for precision 'single'")
     program = cl.Program(open_queue(device).context, source_text(variant))
     try:

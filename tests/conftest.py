@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,9 @@ import pytest
 
 from clbrdf import Scan
 from clbrdf.device import Device, list_devices
+
+# No answer of tuning that a user keeps may change what is tested.
+os.environ["CLBRDF_CACHE_DIR"] = tempfile.mkdtemp(prefix="clbrdf-tests-")
 
 COATINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "black_coatings"
 

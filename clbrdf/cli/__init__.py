@@ -19,6 +19,7 @@ COMMANDS = {
     "view": "show lobes in a window, a file or a browser",
     "report": "write a page of figures and tables of a fit",
     "evaluate": "print model values as a table",
+    "bench": "measure here and now, beside peers",
     "devices": "list the OpenCL devices and the one chosen",
 }
 """Each is `command` in the module clbrdf.cli.<name>_command."""

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
-from clbrdf.cli.console import print_table
+from typing import Annotated
+
+import numpy as np
+from cyclopts import Parameter
+
+from clbrdf.bench.tune import Trial, tune
+from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName
-from clbrdf.device import choose_device, list_devices, vector_width
+from clbrdf.device import Device, choose_device, list_devices
+from clbrdf.lanes import lanes_of, read_answers
 
 
-def command(*, device: DeviceName = None) -> None:
-    """List the OpenCL devices, the one that would be used marked with *."""
+def command(
+    *, device: DeviceName = None, tune_lanes: Annotated[bool, Parameter(name="--tune", negative="")] = False
+) -> None:
+    """List the OpenCL devices, the one that would be used marked with *.
+
+    Parameters
+    ----------
+    tune_lanes
+        find the fastest lanes of that device by building and timing them, each in a process of its own,
+        and keep the answer
+    """
     chosen = choose_device(device)
+    if tune_lanes:
+        with progress_bar(f"tuning {chosen.name}") as report:
+            trials, path = tune(chosen, report)
+        _print_trials(chosen, trials)
+        print(f"kept in {path}\n")
     rows = [
         [
             "*" if d == chosen else "",
@@ -18,10 +39,24 @@ def command(*, device: DeviceName = None) -> None:
             " ".join(f"{d.platform}, {d.version}".split()[:8]),
             f"{d.compute_units}",
             f"{d.memory / 2**30:.1f}",
-            f"{vector_width(d, 'single')}",
-            f"{vector_width(d, 'double')}" if d.has_double else "–",
+            str(lanes_of(d, np.float32)),
+            str(lanes_of(d, np.float64)) if d.has_double else "–",
+            "yes" if read_answers(d) else "no",
         ]
         for d in list_devices()
     ]
-    columns = ("", "device", "kind", "platform", "units", "GiB", "fp32", "fp64")
-    print_table("OpenCL devices; fp32, fp64: lanes a work item", columns, rows, left=4)
+    columns = ("", "device", "kind", "platform", "units", "GiB", "fp32", "fp64", "tuned")
+    print_table("OpenCL devices; fp32, fp64: lanes × unrolling", columns, rows, left=4)
+
+
+def _print_trials(device: Device, trials: list[Trial]) -> None:
+    rows = [
+        [
+            "fp32" if t.dtype == "float32" else "fp64",
+            str(t.lanes),
+            f"{t.rate:.0f}" if t.rate else "–",
+            t.failure or ("*" if t.lanes == lanes_of(device, np.dtype(t.dtype).type) else ""),
+        ]
+        for t in trials
+    ]
+    print_table("Million model evaluations a second", ("type", "lanes", "M/s", ""), rows, left=2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
@@ -22,7 +22,7 @@ def command(
     phi: str = "180",
     param: Annotated[list[str], Parameter(consume_multiple=True, negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
-    precision: Literal["single", "double"] = "double",
+    precision: str = "double",
     grid: Annotated[bool, Parameter(negative="")] = False,
     device: DeviceName = None,
     json: JsonFile = None,
@@ -46,7 +46,7 @@ def command(
     model
         name of the model
     precision
-        arithmetic of the work
+        arithmetic of the work: fast (or fast:3 to fast:5), single, double, reference
     grid
         all combinations of the angles
     """

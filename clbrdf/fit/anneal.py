@@ -14,7 +14,8 @@ import numpy as np
 from clbrdf.device import open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.problem import Candidates, Problem
-from clbrdf.program import DTYPES, Precision, Variant, build, upload
+from clbrdf.precision import get_precision
+from clbrdf.program import Variant, build, upload
 from clbrdf.progress import Report
 
 
@@ -38,8 +39,8 @@ class Settings:
         Limits of the factor by which a level cools; `slowest` bounds the last temperature from above.
     starts : int
         Best chains that go on to the polish.
-    precision : "single" or "double"
-        Arithmetic of the chains; the polish is always double.
+    precision : str
+        Arithmetic of the chains (clbrdf.precision); the polish is always double.
     """
 
     chains: int = 64
@@ -50,12 +51,13 @@ class Settings:
     slowest: float = 0.85
     fastest: float = 0.5
     starts: int = 8
-    precision: Precision = "single"
+    precision: str = "single"
 
     def __post_init__(self) -> None:
         for name in ("chains", "levels", "sweeps", "starts"):
             if not 1 <= getattr(self, name) <= 1_000_000:
                 raise InputError(f"{name} is {getattr(self, name)}; give 1 to 1000000")
+        get_precision(self.precision)
         if not 0.0 < self.fastest <= self.slowest < 1.0:
             raise InputError("cooling factors have to satisfy 0 < fastest ≤ slowest < 1")
 
@@ -70,12 +72,13 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
     """
     import pyopencl as cl
 
-    device, dtype = problem.device, DTYPES[settings.precision]
+    device, precision = problem.device, get_precision(settings.precision)
+    dtype = precision.dtype
     library = ("philox", "random", "coordinates", "objective")
-    variant = Variant.on(device, "anneal", problem.model, settings.precision, library)
+    variant = Variant.on(device, "anneal", problem.model, precision, library)
     program, queue = build(device, variant), open_queue(device)
     w, n = problem.size
-    p, groups, width = len(problem.lower), -(-settings.chains // variant.width), variant.width
+    p, groups, width = len(problem.lower), -(-settings.chains // variant.lanes.width), variant.lanes.width
 
     def scratch(values: int, kind: type[np.generic]) -> Any:
         return cl.Buffer(queue.context, cl.mem_flags.READ_WRITE, max(1, values) * np.dtype(kind).itemsize)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.device import open_queue
 from clbrdf.fit.problem import Problem
+from clbrdf.precision import get_precision
 from clbrdf.program import Variant, build, upload
 
 Array = npt.NDArray[np.float64]
@@ -50,10 +51,10 @@ def polish(problem: Problem, starts: Array) -> Polished:
     import pyopencl as cl
 
     device = problem.device
-    variant = Variant.on(device, "polish", problem.model, "double", ("coordinates",))
+    variant = Variant.on(device, "polish", problem.model, get_precision("double"), ("coordinates",))
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
     (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
-    groups, width = -(-k // variant.width), variant.width
+    groups, width = -(-k // variant.lanes.width), variant.lanes.width
     # Lanes without a start of their own repeat the first.
     places = np.where(np.arange(groups * width) < k, np.arange(groups * width), 0)
     lanes = starts[:, places].reshape(w, groups, width, p).transpose(0, 1, 3, 2)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -93,6 +93,10 @@ class Model:
         Directions (N) -> (N, F): everything the kernel needs of the geometry, finite, fp64.
     brdf : callable
         (..., 1, P), (N, F) -> (..., N), 1/sr: the reference in fp64.
+    derived : callable
+        (..., P) -> (..., P): the parameters as the careful kernel takes them, fp64.
+    reference : callable
+        (P,), θi, θr, φ in degrees -> mpmath number: the equations as published, slow.
     jacobian : callable
         (..., 1, P), (N, F) -> (..., N, P): derivatives of `brdf` by the parameters, fp64.
     """
@@ -106,6 +110,8 @@ class Model:
     features: Callable[[Directions], Array]
     brdf: Callable[[Array, Array], Array]
     jacobian: Callable[[Array, Array], Array]
+    derived: Callable[[Array], Array]
+    reference: Callable[[Array, float, float, float], Any]
 
     @property
     def names(self) -> tuple[str, ...]:

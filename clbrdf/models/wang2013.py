@@ -17,11 +17,16 @@ doi:10.1016/j.measurement.2013.07.009, equations (8)–(12).
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions, attenuation_times_cosines, cos_deg, one_minus_cos_gamma
 from clbrdf.models.model import LOG2_OF_ZERO, Model, Parameter
+
+if TYPE_CHECKING:
+    import mpmath
 
 Array = npt.NDArray[np.float64]
 
@@ -79,6 +84,28 @@ def jacobian(parameters: Array, x: Array) -> Array:
     return np.stack(columns, axis=-1)
 
 
+def derived(parameters: Array) -> Array:
+    """Return a log2 e, b, c log2 e, d, log2 ks, kd / π of parameters (..., 6)."""
+    a, b, c, d, k_s, k_d = (parameters[..., j] for j in range(6))
+    return np.stack([LOG2_E * a, b, LOG2_E * c, d, log2_or_zero(k_s), k_d / np.pi], axis=-1)
+
+
+def reference(parameters: Array, theta_i: float, theta_r: float, phi: float) -> mpmath.mpf:
+    """f_r as equations (8)-(12) print it, 1/sr, in the working precision of mpmath.
+
+    1 − cosγ loses as many digits as it is small: give mpmath 20 digits more than wanted.
+    """
+    from mpmath import cos, exp, mpf, pi, radians, sin, sqrt, tan
+
+    a, b, c, d, k_s, k_d = (mpf(float(value)) for value in parameters)
+    i, r, p = (radians(mpf(float(angle))) for angle in (theta_i, theta_r, phi))
+    cos_gamma = sqrt((cos(i) * cos(r) - sin(i) * sin(r) * cos(p) + 1) / 2)
+    D = exp(c * abs(1 - cos_gamma) ** d)
+    G = sqrt(abs(tan(i) ** 2 + tan(r) ** 2 - 2 * tan(i) * tan(r) * cos(p)))
+    F = exp(a * (b - cos(i)) ** 2)
+    return k_s * D * G * F / (pi * cos(i) * cos(r)) + k_d / pi
+
+
 MODEL = Model(
     name="wang2013",
     title="Wang, Zhang and Dong 2013, six parameters",
@@ -96,4 +123,6 @@ MODEL = Model(
     features=features,
     brdf=brdf,
     jacobian=jacobian,
+    derived=derived,
+    reference=reference,
 )

@@ -7,7 +7,7 @@
 // are calls, and each call spills every vector register.
 //
 //   error    relative, by degree (measured by tests/kernels/test_library.py):
-//            single 3: 1.1e-4, 4: 3.2e-6, 5: 3.2e-7, 6: 2.5e-7;  double 10: 9.0e-16
+//            single 3: 1.1e-4, 4: 3.1e-6, 5: 2.2e-7, 6: 1.6e-7;  double 10: 8.5e-16
 //   domain   all finite x. Above 128 (1024) the result is +∞; below −127 (−1023) it is 0; in the last
 //            octave of normal numbers, [−127, −126) ([−1023, −1022)), it lies between 0 and the
 //            smallest normal number.

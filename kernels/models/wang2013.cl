@@ -51,6 +51,7 @@ inline realv model_gradient(const model_state *m, const geometry x, realv *gradi
     return lobe + m->diffuse;
 }
 
+<<<<<<< HEAD
 // Features of a direction on the device, for meshes that follow a slider.
 inline geometry geometry_of_direction(const direction v) {
     const realv floor_of_log = (realv)LOG2_OF_ZERO;
@@ -62,3 +63,16 @@ inline geometry geometry_of_direction(const direction v) {
     x.log2_s = max(log2(v.attenuation * (real)0.31830988618379067 / (cosines * cosines)), floor_of_log);
     return x;
 }
+=======
+#ifdef CAREFUL
+// The same with the exponent in pairs; p holds a log2 e, b, c log2 e, d, log2 ks, kd / π.
+inline realv model_brdf_careful(const pair *p, const geometry x, const geometry rest) {
+    const pair minus_cos_i = {-x.cos_i, -rest.cos_i};
+    const pair log2_v = {x.log2_v, rest.log2_v}, log2_s = {x.log2_s, rest.log2_s};
+    const pair away = pair_sum(p[B], minus_cos_i);
+    const pair level = pair_sum(pair_product(p[A], pair_product(away, away)), pair_sum(p[KS], log2_s));
+    const pair drop = pair_product(p[C], exp2_pair(pair_product(p[D], log2_v)));
+    return exp2_of_pair(pair_sum(drop, level)) + p[KD].hi;
+}
+#endif
+>>>>>>> main

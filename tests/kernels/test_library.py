@@ -7,9 +7,11 @@ import pyopencl as cl
 import pytest
 from mpmath import mpf, power
 
-from clbrdf.device import open_queue, vector_width
+from clbrdf.device import open_queue
+from clbrdf.lanes import Lanes, safe_lanes
 from clbrdf.models import get_model
-from clbrdf.program import DTYPES, Variant, constants_text, kernel_text, philox_text, upload
+from clbrdf.precision import get_precision
+from clbrdf.program import Variant, constants_text, kernel_text, philox_text, upload
 
 EXP2_JOB = """
 kernel void job(global const real *x, global real *y) {
@@ -19,9 +21,9 @@ kernel void job(global const real *x, global real *y) {
 
 
 def exp2_on(device, precision, width, x):
-    variant = Variant("none", get_model(), precision, width)
+    variant = Variant("none", get_model(), get_precision(precision), Lanes(width, 1))
     text = constants_text(variant) + kernel_text("lib/vector.cl") + kernel_text("lib/exp2.cl") + EXP2_JOB
-    queue, dtype = open_queue(device), DTYPES[precision]
+    queue, dtype = open_queue(device), get_precision(precision).dtype
     program = cl.Program(queue.context, text).build(options=["-cl-no-signed-zeros", "-cl-mad-enable"])
     out = np.empty(len(x), dtype)
     result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, out.nbytes)
@@ -34,14 +36,20 @@ def exp2_on(device, precision, width, x):
 @pytest.mark.parametrize(
     ("precision", "low", "high", "bound"),
     # The bounds that kernels/lib/exp2.cl states.
-    [("single", -126.0, 127.9, 2.5e-7), ("double", -1022.0, 1023.9, 9.0e-16)],
+    [
+        ("fast:3", -126.0, 127.9, 1.1e-4),
+        ("fast:4", -126.0, 127.9, 3.1e-6),
+        ("fast:5", -126.0, 127.9, 2.2e-7),
+        ("single", -126.0, 127.9, 1.6e-7),
+        ("double", -1022.0, 1023.9, 8.5e-16),
+    ],
 )
 def test_exp2_keeps_its_stated_error(device, precision, low, high, bound):
-    dtype = DTYPES[precision]
+    dtype = get_precision(precision).dtype
     rng = np.random.default_rng(5)
     x = np.concatenate([rng.uniform(low, high, 3000), rng.uniform(-1, 1, 1000), np.arange(-40.0, 40.0, 0.5)])
     x = x.astype(dtype)[: len(x) // 8 * 8]
-    for width in {1, vector_width(device, precision)}:
+    for width in {1, safe_lanes(device, dtype).width}:
         y = exp2_on(device, precision, width, x)
         errors = [abs(mpf(float(b)) / power(2, mpf(float(a))) - 1) for a, b in zip(x, y, strict=True)]
         assert float(max(errors)) <= bound
@@ -52,8 +60,9 @@ def test_exp2_keeps_its_stated_error(device, precision, low, high, bound):
 def test_exp2_beyond_its_range_is_zero_or_infinite_and_between_is_tiny(device, precision):
     smallest = {"single": -126.0, "double": -1022.0}[precision]
     largest = {"single": 128.0, "double": 1024.0}[precision]
-    x = np.array([-1e6, -2e4, smallest - 1.0, smallest - 0.3, 0.0, 1.0, largest, 1e6], DTYPES[precision])
-    y = exp2_on(device, precision, vector_width(device, precision), x)
+    dtype = get_precision(precision).dtype
+    x = np.array([-1e6, -2e4, smallest - 1.0, smallest - 0.3, 0.0, 1.0, largest, 1e6], dtype)
+    y = exp2_on(device, precision, safe_lanes(device, dtype).width, x)
     assert y[:3].tolist() == [0.0, 0.0, 0.0]
     assert 0.0 <= y[3] < 2.0**smallest
     assert y[4:6].tolist() == [1.0, 2.0]

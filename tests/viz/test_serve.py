@@ -139,6 +139,16 @@ def test_a_port_in_use_is_said(gl, foil_file):
     assert f"cannot listen on 127.0.0.1 port {port}" in done.stderr
 
 
+def comes_true(claim):
+    """Whether a claim about the page comes true, given some time."""
+    patience = time.monotonic() + 30.0
+    while not claim():
+        if time.monotonic() > patience:
+            return False
+        time.sleep(0.1)
+    return True
+
+
 def test_in_a_browser(serve, browser):
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
@@ -146,20 +156,17 @@ def test_in_a_browser(serve, browser):
     browser.get_log("browser")
     _, address = serve("--host", "0.0.0.0")
     browser.get(address.replace("0.0.0.0", "127.0.0.1"))
+    assert comes_true(lambda: len(browser.find_elements(By.CSS_SELECTOR, "[role=slider]")) == 2)
+    sliders = browser.find_elements(By.CSS_SELECTOR, "[role=slider]")
     before = settled(browser, lambda image: coloured(image) > 3000)
     assert coloured(before) > 3000
-    sliders = browser.find_elements(By.CSS_SELECTOR, "[role=slider]")
-    assert len(sliders) == 2
     sliders[1].send_keys(Keys.END)
     below = slice(120, None)
     after = settled(browser, lambda image: (np.abs(image - before)[below].max(axis=2) > 60).sum() > 3000)
     assert (np.abs(after - before)[below].max(axis=2) > 60).sum() > 3000
-    assert "θi = 85°" in browser.page_source
+    assert comes_true(lambda: "θi = 85°" in browser.page_source)
     sliders[0].send_keys(Keys.HOME)
-    patience = time.monotonic() + 20.0
-    while "λ = 450 nm" not in browser.page_source and time.monotonic() < patience:
-        time.sleep(0.1)
-    assert "λ = 450 nm" in browser.page_source
+    assert comes_true(lambda: "λ = 450 nm" in browser.page_source)
     assert picture(browser).std() > 10
     # Chromium's own remarks on its software rendering are not the page's.
     loud = [line for line in browser.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
