@@ -8,7 +8,8 @@ from clbrdf.viz.mesh import LobeMesh
 
 from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.models import Model
-from clbrdf.program import DTYPES, Precision, Variant, build, upload
+from clbrdf.precision import Precision, get_precision
+from clbrdf.program import Variant, build, upload
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
@@ -25,23 +26,25 @@ class MeshEvaluator:
     mesh : LobeMesh
     device : Device, optional
         The preferred one if not given.
-    precision : "single" or "double"
-        Arithmetic on the device. Single keeps 1e-4 of every value above 1e-6 of the peak.
+    precision : Precision, optional
+        Double where the device has it, at little cost here, else "fast:5". Either way directions are in
+        single precision.
     """
 
     def __init__(
-        self, model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision = "single"
+        self, model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision | None = None
     ) -> None:
         import pyopencl as cl
 
         self.mesh = mesh
         self.device = device or choose_device()
-        variant = Variant.on(self.device, "mesh", model, precision)
-        self._dtype = DTYPES[precision]
+        chosen = precision or get_precision("double" if self.device.has_double else "fast:5")
+        variant = Variant.on(self.device, "mesh", model, chosen)
+        self._dtype = chosen.dtype
         self._kernel = cl.Kernel(build(self.device, variant), "mesh")
         count = int(np.prod(mesh.half_shape))
-        self._groups = -(-count // variant.width)
-        self._padded = self._groups * variant.width
+        self._groups = -(-count // variant.lanes.width)
+        self._padded = self._groups * variant.lanes.width
         self._rows = np.full((4, self._padded), 0.5, dtype=self._dtype)
         self._values = np.empty(self._padded, dtype=self._dtype)
         context = open_queue(self.device).context
@@ -86,4 +89,5 @@ class MeshEvaluator:
         )
         cl.enqueue_copy(queue, self._values, self._out_buffer)
         shape = self.mesh.half_shape
-        return self._values[: shape[0] * shape[1]].reshape(shape).astype(np.float32)
+        with np.errstate(over="ignore"):  # too large to draw becomes infinite, and the picture says so
+            return self._values[: shape[0] * shape[1]].reshape(shape).astype(np.float32)

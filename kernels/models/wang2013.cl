@@ -51,7 +51,6 @@ inline realv model_gradient(const model_state *m, const geometry x, realv *gradi
     return lobe + m->diffuse;
 }
 
-<<<<<<< HEAD
 // Features of a direction on the device, for meshes that follow a slider.
 inline geometry geometry_of_direction(const direction v) {
     const realv floor_of_log = (realv)LOG2_OF_ZERO;
@@ -63,7 +62,7 @@ inline geometry geometry_of_direction(const direction v) {
     x.log2_s = max(log2(v.attenuation * (real)0.31830988618379067 / (cosines * cosines)), floor_of_log);
     return x;
 }
-=======
+
 #ifdef CAREFUL
 // The same with the exponent in pairs; p holds a log2 e, b, c log2 e, d, log2 ks, kd / π.
 inline realv model_brdf_careful(const pair *p, const geometry x, const geometry rest) {
@@ -75,4 +74,3 @@ inline realv model_brdf_careful(const pair *p, const geometry x, const geometry 
     return exp2_of_pair(pair_sum(drop, level)) + p[KD].hi;
 }
 #endif
->>>>>>> main
