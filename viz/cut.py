@@ -74,8 +74,9 @@ class Cut:
             height = np.log10(np.maximum(y, 1e-3 * low)) if log else y
             if kind == "points":
                 self.chart.scatter(x, height, color=colour, size=5.0, style="o")
-            else:
-                self.chart.line(x, height, color=colour, width=2.0 if kind == "curve" else 1.0)
+            elif len(x):
+                line = self.chart.line(x, height, color=colour, width=2.0 if kind == "curve" else 1.0)
+                line.SetPolyLine(kind == "curve")  # bars are pairs of ends
         self._scale_axis(low, top)
         self.chart.x_range = [-self.limit, self.limit]
 
@@ -114,11 +115,8 @@ class Cut:
         out.append(("points", x, y, mark))
         if scan.sigma is not None:
             sigma = np.nan_to_num(scan.sigma[rows, column])
-            out += [
-                ("bar", np.array([at, at]), np.array([max(v - e, 1e-3 * v), v + e]), mark)
-                for at, v, e in zip(x, y, sigma, strict=True)
-                if e > 0.0
-            ]
+            ends = np.stack([np.maximum(y - sigma, 1e-3 * y), y + sigma], axis=-1)[sigma > 0.0]
+            out.append(("bars", np.repeat(x[sigma > 0.0], 2), ends.ravel(), mark))
         return out
 
 

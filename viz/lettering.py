@@ -17,7 +17,7 @@ from clbrdf.viz.style import rgb
 FONT_FROM_FILE = 4
 """VTK_FONT_FILE of vtkTextProperty.h."""
 LETTER_LENGTH = 0.042
-PLAIN_LETTERS = {ord("°"): " deg", ord("θ"): "theta ", ord("φ"): "phi", ord("×"): "x", ord("–"): "-"}
+PLAIN_LETTERS = {ord("°"): "", ord("θ"): "theta ", ord("φ"): "phi", ord("×"): "x", ord("–"): "-"}
 """The outlines that VTK turns into triangles know ASCII only."""
 """Height of flat letters where a lobe has length 1."""
 

@@ -32,6 +32,9 @@ CAPTION_LINES = 4.2
 NOTE_LENGTHS = (95, 108)
 """Letters of the longest usual lines of `Scene.notes`."""
 LINE_HEIGHT = 1.17
+WHOLE = (0.0, 0.0, 1.0, 1.0)
+PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
+"""Of several panels on a page, below and beside the page's own words."""
 """Height of a panel's caption, in letters."""
 
 
@@ -126,7 +129,9 @@ class Scene:
         self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
         groups = [list(entries)] if self.overlay else [[e] for e in entries]
         self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
-        self.area = self._below_words(area) if words else (0.0, 0.0, 1.0, 1.0)
+        self.area = self._below_words(area) if words else WHOLE
+        if flat_labels and len(groups) > 1:
+            self.area = PAGE_AREA
         left, bottom, right, top = self.area
         places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
         self.plotter = pv.Plotter(

@@ -14,8 +14,8 @@ from clbrdf.viz.style import Look
 
 from clbrdf.device import Device
 
-PANEL_AREA = (0.0, 0.11, 0.60, 0.89)
-CUT_AREA = (0.585, 0.13, 0.885, 0.80)
+PANEL_AREA = (0.0, 0.16, 0.60, 0.89)
+CUT_AREA = (0.585, 0.15, 0.882, 0.80)
 
 KEYS = "keys: l radius, c colour, m measured points, h hold the scale, i first view, q quit; click a point"
 CLICK_REACH = 4.0
@@ -96,8 +96,8 @@ class Window:
         shape.SetTitleText(title)
         shape.SetLabelFormat("{:.1f}")
         for place, end in (
-            (shape.GetPoint1Coordinate(), (left, 0.085)),
-            (shape.GetPoint2Coordinate(), (left + 0.26, 0.085)),
+            (shape.GetPoint1Coordinate(), (left, 0.115)),
+            (shape.GetPoint2Coordinate(), (left + 0.26, 0.115)),
         ):
             place.SetCoordinateSystemToNormalizedDisplay()
             place.SetValue(*end)
