@@ -93,14 +93,13 @@ class Key:
             at = BOTTOM + place * (TOP - BOTTOM)
             self._text(f"– {label}", (RIGHT + 0.001, at + 0.6 * self.size / self._height), "left")
 
-    def show_names(self, names: Sequence[tuple[str, str]], title: str = "") -> None:
-        """Show a list of (name, colour "#rrggbb")."""
-        if self._state == (tuple(names), title):
+    def show_names(self, names: Sequence[tuple[str, str]], title: str = "", top: float = 0.985) -> None:
+        """Show a list of (name, colour "#rrggbb") from a height in the window, normalised, downwards."""
+        if self._state == (tuple(names), title, top):
             return
-        self._state = (tuple(names), title)
+        self._state = (tuple(names), title, top)
         self._clear()
         line = 1.7 * self.size / self._height
-        top = 0.985
         if title:
             self._text(title, (0.985, top), "right")
             top -= line * (1 + title.count("\n"))

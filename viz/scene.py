@@ -24,13 +24,17 @@ from clbrdf.viz.subject import drawing_limit
 from clbrdf.device import Device
 from clbrdf.errors import InputError
 
+Place = tuple[float, float, float, float]
+"""Left, bottom, right, top, normalised."""
+
 MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
 """Sides of a picture, pixels."""
 STILL_SAMPLES, MOVING_SAMPLES = 4, 0
 CAPTION_LINES = 4.2
 NOTE_LENGTHS = (95, 108)
-"""Letters of the longest usual lines of `Scene.notes`."""
+NOTE_LENGTHS_MIXED = (135, 108)
+"""Letters of the longest usual lines of `Scene.notes`; with measured and modelled surfaces."""
 LINE_HEIGHT = 1.17
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
@@ -38,7 +42,7 @@ PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
 """Height of a panel's caption, in letters."""
 
 
-def panel_places(count: int, width: float, height: float) -> list[tuple[float, float, float, float]]:
+def panel_places(count: int, width: float, height: float) -> list[Place]:
     """Return (left, bottom, right, top) in [0, 1] of `count` panels in an area, with the largest lobes."""
 
     def lobe_size(columns: int) -> float:
@@ -108,11 +112,11 @@ class Scene:
         words: bool = True,
         flat_labels: bool = False,
         off_screen: bool = True,
-        area: tuple[float, float, float, float] = (0.0, 0.0, 0.89, 0.89),
+        area: Place = (0.0, 0.0, 0.89, 0.89),
         mesh: LobeMesh | None = None,
         device: Device | None = None,
         limit: float | None = None,
-        inset: tuple[float, float, float, float] | None = None,
+        inset: Place | None = None,
         samples: int = STILL_SAMPLES,
     ) -> None:
         import pyvista as pv
@@ -129,7 +133,8 @@ class Scene:
         self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
         groups = [list(entries)] if self.overlay else [[e] for e in entries]
         self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
-        self.area = self._below_words(area) if words else WHOLE
+        mixed = len({e.subject.fit is None for e in entries}) > 1
+        self.area = self._below_words(area, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS) if words else WHOLE
         if flat_labels and len(groups) > 1:
             self.area = PAGE_AREA
         left, bottom, right, top = self.area
@@ -185,9 +190,9 @@ class Scene:
                     raise InputError("a difference has no spectral colour; colour it by value")
                 check_spectrum(entry.subject.wavelength)
 
-    def _below_words(self, area: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    def _below_words(self, area: Place, lengths: tuple[int, ...]) -> Place:
         """Leave room for the notes, which take more lines in a narrow picture."""
-        lines = sum(-(-length // characters(self.size[0], self.letter)) for length in NOTE_LENGTHS)
+        lines = sum(-(-length // characters(self.size[0], self.letter)) for length in lengths)
         height = (2.6 + LINE_HEIGHT * lines) * self.letter / self.size[1]
         return area[0], area[1], area[2], min(area[3], 1.0 - height)
 
@@ -264,7 +269,7 @@ class Scene:
         self._notes.SetInput(wrapped("\n".join(self.notes()), fitting))
         if self.overlay:
             names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
-            self._key.show_names(names)
+            self._key.show_names(names, top=self.area[3])
         elif self.look.colour == "spectrum":
             self._key.show_names([], "colour: hue of the spectrum\nin daylight D65")
         else:

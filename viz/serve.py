@@ -7,6 +7,7 @@ other origins are refused in any case: a web page elsewhere could reach a server
 from __future__ import annotations
 
 import ipaddress
+import os
 import secrets
 from collections.abc import Awaitable, Callable
 from http.cookies import SimpleCookie
@@ -21,6 +22,7 @@ from clbrdf.viz.window import CLICK_REACH
 from clbrdf.errors import InputError
 
 COOKIE = "clbrdf_token"
+LAST_PORT = 65535
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 MISSING = "the browser viewer needs trame: pip install 'clbrdf[web]'"
 
@@ -108,7 +110,7 @@ class Page:
     Raises
     ------
     InputError
-        trame is not installed.
+        trame is not installed, or there is no such port.
     """
 
     def __init__(self, control: Control, host: str = "127.0.0.1", port: int = 0) -> None:
@@ -117,6 +119,8 @@ class Page:
             from trame.widgets import client, html, vtk, vuetify3  # noqa: F401
         except ImportError:
             raise InputError(MISSING) from None
+        if not 0 <= port <= LAST_PORT:
+            raise InputError(f"--port {port}: ports lie between 0, which takes a free one, and {LAST_PORT}")
         self.control, self.host, self.port = control, host, port
         self.token = None if is_loopback(host) else secrets.token_urlsafe(24)
         self.server = get_server(f"clbrdf-{secrets.token_hex(4)}", client_type="vue3")
@@ -278,6 +282,7 @@ class Page:
                 disable_logging=True,
             )
         except OSError as error:
+            reason = os.strerror(error.errno) if error.errno else str(error)
             raise InputError(
-                f"cannot listen on {self.host} port {self.port} ({error.strerror}); choose another --port"
+                f"cannot listen on {self.host} port {self.port} ({reason}); choose another --host or --port"
             ) from None

@@ -106,8 +106,10 @@ class Stage:
         source, mirror = unit_vectors(angles[0], [0.0, 180.0])
         # Near normal incidence the two words would lie on each other.
         apart = np.array([0.14 if angles[0] < 12.0 else 0.0, 0.0, 0.0])
-        self.letters.move(self._incident_label, (BEYOND + 0.06) * source - apart)
-        self.letters.move(self._mirror_label, (BEYOND + 0.06) * mirror + apart)
+        # Near grazing they would lie on the labels of the azimuth.
+        above = np.array([0.0, 0.0, 0.1 if angles[0] > 74.0 else 0.0])
+        self.letters.move(self._incident_label, (BEYOND + 0.06) * source - apart + above)
+        self.letters.move(self._mirror_label, (BEYOND + 0.06) * mirror + apart + above)
         for t, label in self._zenith_labels:
             label.SetVisibility(all(abs(t - theta_i) > 8.0 for theta_i in angles))
         if not self._drawn or self._drawn[1:] != state[1:]:

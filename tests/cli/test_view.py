@@ -101,6 +101,7 @@ def test_mistakes(run, fit_file, scan_file, small_scan, tmp_path, monkeypatch):
         run("report", scan_file, "-o", tmp_path / "r"), "scan.h5: holds a scan, and a fit is needed"
     )
     assert not (tmp_path / "r").exists()
+    assert_one_line(run("view", fit_file, "--serve", "--port", "99999"), "--port 99999: ports lie between 0")
     masked = tmp_path / "masked.h5"
     all_masked(small_scan).save(masked)
     assert_one_line(
