@@ -10,6 +10,7 @@ from clbrdf.evaluate import evaluate
 from clbrdf.fit import Fit, fit
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
+from clbrdf.tolerance import choose_precision
 
 __all__ = [
     "ClbrdfError",
@@ -18,6 +19,7 @@ __all__ = [
     "Fit",
     "InputError",
     "Scan",
+    "choose_precision",
     "evaluate",
     "fit",
 ]

@@ -7,17 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device, choose_device, open_queue
+from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, Model, get_model
-from clbrdf.precision import Precision, get_precision
-from clbrdf.program import Variant, build, upload
+from clbrdf.precision import get_precision
+from clbrdf.tolerance import choose_precision
+from clbrdf.values import evaluate_directions
 
 Array = npt.NDArray[np.float64]
 
-BLOCK_VALUES = 1 << 24
-"""Most values computed in one launch: 64 or 128 MiB on the device."""
+WORTH_MEASURING = 1_000_000
+"""Values from which it pays to measure what each precision costs."""
 
 REFERENCE = "reference"
 REFERENCE_DIGITS = 60
@@ -31,7 +32,8 @@ def evaluate(
     phi: npt.ArrayLike,
     *,
     model: str = DEFAULT_MODEL,
-    precision: str = "double",
+    precision: str | None = None,
+    rtol: float | None = None,
     device: Device | None = None,
 ) -> Array:
     """Evaluate a model in N directions for one parameter set or for W of them.
@@ -47,7 +49,10 @@ def evaluate(
     precision : str
         Arithmetic of the work: "fast" (or "fast:3" to "fast:5", the degree of its exp2), "single",
         "double", each with the bound stated in clbrdf.precision; or "reference", the published equations
-        in 60 digits, rounded to float64, slow and without a device (needs mpmath).
+        in 60 digits, rounded to float64, slow and without a device (needs mpmath). By default "double".
+    rtol : float, optional
+        In place of a precision: the cheapest that keeps this relative tolerance, as `choose_precision`
+        tells. For a million values or more the costs are measured where they are not known yet.
     device : Device, optional
         From `choose_device`; the preferred one if not given.
 
@@ -60,10 +65,13 @@ def evaluate(
     Raises
     ------
     InputError
-        Unknown model, parameter or precision, angles out of range, lengths that do not agree.
+        Unknown model, parameter or precision, angles out of range, lengths that do not agree, both a
+        precision and a tolerance, a tolerance that cannot be kept.
     DeviceError
         No usable OpenCL device.
     """
+    if rtol is not None and precision is not None:
+        raise InputError("precision and rtol both choose the arithmetic; give one of them")
     chosen = get_model(model)
     vector = chosen.vector(parameters)
     directions = Directions(np.asarray(theta_i, float), np.asarray(theta_r, float), np.asarray(phi, float))
@@ -71,60 +79,14 @@ def evaluate(
     if precision == REFERENCE:
         values = evaluate_reference(chosen, rows, directions)
     else:
-        arithmetic = get_precision(precision)
-        values = evaluate_directions(chosen, rows, directions, arithmetic, device or choose_device())
+        where = device or choose_device()
+        if rtol is None:
+            arithmetic = get_precision(precision or "double")
+        else:
+            worth = rows.shape[0] * len(directions) >= WORTH_MEASURING
+            arithmetic = choose_precision(rtol, device=where, model=model, measure=worth).precision
+        values = evaluate_directions(chosen, rows, directions, arithmetic, where)
     return values[:, 0] if vector.ndim == 1 else values
-
-
-def evaluate_directions(
-    model: Model, parameters: Array, directions: Directions, precision: Precision, device: Device
-) -> Array:
-    """Return f (N, W) of parameters (W, P) in N directions, block by block."""
-    n, w = len(directions), len(parameters)
-    out = np.empty((n, w))
-    block_n = max(1, min(n, BLOCK_VALUES))
-    block_w = max(1, min(w, BLOCK_VALUES // block_n))
-    for first in range(0, n, block_n):
-        x = model.features(directions[first : first + block_n])
-        for start in range(0, w, block_w):
-            part = parameters[start : start + block_w]
-            out[first : first + len(x), start : start + len(part)] = _launch(
-                model, part, x, precision, device
-            )
-    return out
-
-
-def _launch(model: Model, parameters: Array, x: Array, precision: Precision, device: Device) -> Array:
-    """Return f (N, W) of parameters (W, P) and features (N, F) in one launch."""
-    import pyopencl as cl
-
-    variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
-    kernel, queue = cl.Kernel(build(device, variant), "evaluate"), open_queue(device)
-    groups = -(-len(x) // variant.lanes.width)
-    padded = groups * variant.lanes.width
-    rows, columns = np.zeros((x.shape[1], padded)), parameters
-    rows[:, : len(x)] = x.T
-    if precision.careful:
-        rows = np.concatenate(in_two(rows, precision.dtype), axis=0)
-        columns = np.concatenate(in_two(model.derived(parameters), precision.dtype), axis=1)
-    features = upload(device, rows, precision.dtype)
-    sets = upload(device, columns, precision.dtype)
-    host = np.empty((len(parameters), padded), dtype=precision.dtype)
-    result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
-    kernel(queue, (groups, len(host)), None, features, np.uint64(padded), sets, result)
-    cl.enqueue_copy(queue, host, result)
-    values: Array = host[:, : len(x)].T.astype(np.float64)
-    if precision.dtype is np.float32:
-        beyond = ~np.isfinite(values).all(axis=0)
-        if beyond.any():
-            values[:, beyond] = model.brdf(parameters[beyond][:, None, :], x).T
-    return values
-
-
-def in_two(values: Array, dtype: type[np.floating]) -> tuple[Array, Array]:
-    """Split values into what a type holds and what it leaves, both exact in that type to its precision."""
-    high = values.astype(dtype).astype(np.float64)
-    return high, values - high
 
 
 def evaluate_reference(model: Model, parameters: Array, directions: Directions) -> Array:

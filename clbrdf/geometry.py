@@ -12,6 +12,7 @@ accuracy of a few units in the last place up to grazing angles and into the spec
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,8 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
+Real = npt.NDArray[Any]
+"""fp64 or fp32."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,39 +124,72 @@ def cos_deg(angle: npt.ArrayLike) -> Array:
     return sin_deg(90.0 - np.abs(np.asarray(angle, dtype=np.float64)))
 
 
-def _half_azimuth(phi: Array) -> Array:
-    """φ/2 folded to (−90°, 90°], exact in floating point."""
-    return np.where(phi > 180.0, phi - 360.0, phi) / 2.0
+@dataclass(frozen=True, eq=False)
+class Trigonometry:
+    """Sines and cosines that the half-angle forms take, each (N,), in fp64 or fp32.
 
-
-def sin2_gamma(directions: Directions) -> Array:
-    """sin²γ = sin²((θi − θr)/2) + sinθi sinθr cos²(φ/2), shape (N,): no cancellation, from (10)."""
-    d = directions
-    return (
-        sin_deg((d.theta_i - d.theta_r) / 2.0) ** 2
-        + sin_deg(d.theta_i) * sin_deg(d.theta_r) * cos_deg(_half_azimuth(d.phi)) ** 2
-    )
-
-
-def cos2_gamma(directions: Directions) -> Array:
-    """cos²γ = cos²((θi + θr)/2) + sinθi sinθr sin²(φ/2), shape (N,): no cancellation, from (10)."""
-    d = directions
-    return (
-        cos_deg((d.theta_i + d.theta_r) / 2.0) ** 2
-        + sin_deg(d.theta_i) * sin_deg(d.theta_r) * sin_deg(_half_azimuth(d.phi)) ** 2
-    )
-
-
-def one_minus_cos_gamma(directions: Directions) -> Array:
-    """Value v = 1 − cosγ = sin²γ / (1 + cosγ), shape (N,), [0, 1]; exactly 0 in the mirror direction."""
-    return sin2_gamma(directions) / (1.0 + np.sqrt(cos2_gamma(directions)))
-
-
-def attenuation_times_cosines(directions: Directions) -> Array:
-    """G cosθi cosθr = √(sin²(θi − θr) + 4 sinθi cosθi sinθr cosθr sin²(φ/2)), shape (N,), from (11).
-
-    0 where θi = θr and φ = 0 (retro direction): the model has no specular part there.
+    h = (θi − θr)/2, m = (θi + θr)/2, p = φ/2 folded to (−90°, 90°]. Every one is the sine of an angle that
+    is exact before it is rounded to the type, so that each is good to 2 ulp of it.
     """
-    d = directions
-    product = (sin_deg(d.theta_i) * cos_deg(d.theta_i)) * (sin_deg(d.theta_r) * cos_deg(d.theta_r))
-    return np.sqrt(sin_deg(d.theta_i - d.theta_r) ** 2 + 4.0 * product * sin_deg(_half_azimuth(d.phi)) ** 2)
+
+    sin_i: Real
+    cos_i: Real
+    sin_r: Real
+    cos_r: Real
+    sin_h: Real
+    cos_h: Real
+    cos_m: Real
+    sin_p: Real
+    cos_p: Real
+
+
+def trigonometry(directions: Directions, dtype: type[np.floating] = np.float64) -> Trigonometry:
+    """Return the sines and cosines of N directions, computed in a type."""
+    theta_i, theta_r, phi = directions.theta_i, directions.theta_r, directions.phi
+
+    def sine(degrees: Array) -> Real:
+        return np.sin(np.deg2rad(degrees).astype(dtype))
+
+    h = (theta_i - theta_r) / 2.0
+    p = np.where(phi > 180.0, phi - 360.0, phi) / 2.0
+    return Trigonometry(
+        sin_i=sine(theta_i),
+        cos_i=sine(90.0 - theta_i),
+        sin_r=sine(theta_r),
+        cos_r=sine(90.0 - theta_r),
+        sin_h=sine(h),
+        cos_h=sine(90.0 - np.abs(h)),
+        cos_m=sine(90.0 - (theta_i + theta_r) / 2.0),
+        sin_p=sine(p),
+        cos_p=sine(90.0 - np.abs(p)),
+    )
+
+
+def sin2_gamma(t: Trigonometry) -> Real:
+    """sin²γ = sin²((θi − θr)/2) + sinθi sinθr cos²(φ/2), shape (N,): no cancellation, from (10)."""
+    out: Real = t.sin_h**2 + t.sin_i * t.sin_r * t.cos_p**2
+    return out
+
+
+def cos2_gamma(t: Trigonometry) -> Real:
+    """cos²γ = cos²((θi + θr)/2) + sinθi sinθr sin²(φ/2), shape (N,): no cancellation, from (10)."""
+    out: Real = t.cos_m**2 + t.sin_i * t.sin_r * t.sin_p**2
+    return out
+
+
+def one_minus_cos_gamma(t: Trigonometry) -> Real:
+    """Value v = 1 − cosγ = sin²γ / (1 + cosγ), shape (N,), [0, 1]; exactly 0 in the mirror direction."""
+    one = t.sin_i.dtype.type(1.0)
+    out: Real = sin2_gamma(t) / (one + np.sqrt(cos2_gamma(t)))
+    return out
+
+
+def attenuation_times_cosines(t: Trigonometry) -> Real:
+    """G cosθi cosθr = 2 √(sin²h cos²h + sinθi cosθi sinθr cosθr sin²(φ/2)), shape (N,), from (11).
+
+    With h = (θi − θr)/2. 0 where θi = θr and φ = 0 (retro direction): the model has no specular part
+    there.
+    """
+    product = (t.sin_i * t.cos_i) * (t.sin_r * t.cos_r)
+    half: Real = np.sqrt((t.sin_h * t.cos_h) ** 2 + product * t.sin_p**2)
+    return half + half

@@ -39,10 +39,10 @@ PRECISIONS = {
     p.name: p
     for p in (
         Precision("fast:3", np.float32, 3, False, 3e-2),
-        Precision("fast:4", np.float32, 4, False, 2e-3),
-        Precision("fast:5", np.float32, 5, False, 6e-4),
-        Precision("single", np.float32, 6, True, 2e-5),
-        Precision("double", np.float64, 10, False, 1e-12),
+        Precision("fast:4", np.float32, 4, False, 1e-3),
+        Precision("fast:5", np.float32, 5, False, 3e-4),
+        Precision("single", np.float32, 6, True, 1e-5),
+        Precision("double", np.float64, 10, False, 5e-13),
     )
 }
 """By name, from the least to the most exact. Outside the default bounds errors grow with the exponents."""

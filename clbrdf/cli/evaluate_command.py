@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import numpy as np
@@ -9,10 +10,12 @@ from cyclopts import Parameter
 
 from clbrdf.cli.console import print_table
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite, number_list, parameter_map
-from clbrdf.device import choose_device
-from clbrdf.evaluate import evaluate
+from clbrdf.device import Device, choose_device
+from clbrdf.errors import InputError
+from clbrdf.evaluate import WORTH_MEASURING, evaluate
 from clbrdf.files import whole_text
 from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.tolerance import choose_precision
 
 
 def command(
@@ -22,7 +25,8 @@ def command(
     phi: str = "180",
     param: Annotated[list[str], Parameter(consume_multiple=True, negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
-    precision: str = "double",
+    precision: str | None = None,
+    rtol: float | None = None,
     grid: Annotated[bool, Parameter(negative="")] = False,
     device: DeviceName = None,
     json: JsonFile = None,
@@ -46,7 +50,9 @@ def command(
     model
         name of the model
     precision
-        arithmetic of the work: fast (or fast:3 to fast:5), single, double, reference
+        arithmetic of the work: fast (or fast:3 to fast:5), single, double (the default), reference
+    rtol
+        relative tolerance in place of a precision: the cheapest that keeps it is taken, and said
     grid
         all combinations of the angles
     """
@@ -54,6 +60,7 @@ def command(
     if grid:
         angles = [a.ravel() for a in np.meshgrid(*angles, indexing="ij")]
     chosen, parameters = choose_device(device), parameter_map(param)
+    precision = _precision(precision, rtol, chosen, model, max(len(a) for a in angles))
     values = evaluate(parameters, *angles, model=model, precision=precision, device=chosen)
     table = np.broadcast_arrays(*angles, values)
     names = ("theta_i", "theta_r", "phi", "brdf")
@@ -69,3 +76,14 @@ def command(
         whole_text(json, content, overwrite)
     rows = ([f"{t:.10g}", f"{r:.10g}", f"{p:.10g}", f"{f:.7g}"] for t, r, p, f in zip(*table, strict=True))
     print_table("", ("θi (°)", "θr (°)", "φ (°)", "BRDF (1/sr)"), rows, left=0)
+
+
+def _precision(precision: str | None, rtol: float | None, device: Device, model: str, values: int) -> str:
+    """Return the precision asked for, or the one that a tolerance asks for, which is said."""
+    if rtol is None:
+        return precision or "double"
+    if precision is not None:
+        raise InputError("--precision and --rtol both choose the arithmetic; give one of them")
+    choice = choose_precision(rtol, device=device, model=model, measure=values >= WORTH_MEASURING)
+    print(f"rtol {rtol:g}: {choice}", file=sys.stderr)
+    return choice.precision.name

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.geometry import Directions
 
 Array = npt.NDArray[np.float64]
 
@@ -90,7 +89,8 @@ class Model:
     incident_features : int
         How many of them, the first ones, follow from the incident direction alone.
     features : callable
-        Directions (N) -> (N, F): everything the kernel needs of the geometry, finite, fp64.
+        Directions (N), type -> (N, F): everything the kernel needs of the geometry, finite, computed in
+        fp64 (the default) or fp32.
     brdf : callable
         (..., 1, P), (N, F) -> (..., N), 1/sr: the reference in fp64.
     derived : callable
@@ -107,7 +107,7 @@ class Model:
     parameters: tuple[Parameter, ...]
     feature_names: tuple[str, ...]
     incident_features: int
-    features: Callable[[Directions], Array]
+    features: Callable[..., Array]
     brdf: Callable[[Array, Array], Array]
     jacobian: Callable[[Array, Array], Array]
     derived: Callable[[Array], Array]

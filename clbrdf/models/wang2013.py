@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.geometry import Directions, attenuation_times_cosines, cos_deg, one_minus_cos_gamma
+from clbrdf.geometry import Directions, attenuation_times_cosines, one_minus_cos_gamma, trigonometry
 from clbrdf.models.model import LOG2_OF_ZERO, Model, Parameter
 
 if TYPE_CHECKING:
@@ -36,21 +36,21 @@ LN_2 = 0.6931471805599453
 
 def log2_or_zero(values: Array) -> Array:
     """log2 of values ≥ 0 with LOG2_OF_ZERO for 0."""
-    out = np.full(values.shape, LOG2_OF_ZERO)
+    out = np.full_like(values, LOG2_OF_ZERO)
     return np.log2(values, out=out, where=values > 0.0)
 
 
-def features(directions: Directions) -> Array:
-    """(N, 3): cosθi, log2(1 − cosγ), log2(G / (π cosθi cosθr)).
+def features(directions: Directions, dtype: type[np.floating] = np.float64) -> Array:
+    """(N, 3): cosθi, log2(1 − cosγ), log2(G / (π cosθi cosθr)), computed in a type.
 
     G / (cosθi cosθr) = (G cosθi cosθr) / (cosθi cosθr)², with the product in the numerator from its
-    stable form.
+    stable form; the square is formed as a difference of logarithms, for the range of fp32.
     """
-    cos_i = cos_deg(directions.theta_i)
-    cosines = cos_i * cos_deg(directions.theta_r)
-    log2_v = log2_or_zero(one_minus_cos_gamma(directions))
-    log2_s = log2_or_zero(attenuation_times_cosines(directions) / (np.pi * cosines**2))
-    return np.stack([cos_i, log2_v, log2_s], axis=-1)
+    t = trigonometry(directions, dtype)
+    log2_v = log2_or_zero(one_minus_cos_gamma(t))
+    log2_s = log2_or_zero(attenuation_times_cosines(t))
+    log2_s -= 2.0 * np.log2(t.cos_i * t.cos_r) + np.log2(np.pi)
+    return np.stack([t.cos_i, log2_v, log2_s], axis=-1)
 
 
 def _specular(parameters: Array, x: Array) -> tuple[Array, Array, Array]:

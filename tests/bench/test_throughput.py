@@ -43,6 +43,7 @@ def test_peers(work, dtype, tolerance, tmp_path):
         np.testing.assert_allclose(
             c_objective(problem, sets[0], dtype, tmp_path)(), reference, rtol=tolerance
         )
+        assert np.nextafter(0.0, 1.0) * 1.0 > 0.0  # loading it has left subnormal numbers alone
     numba = numba_objective(problem, sets[0], dtype)
     if numba is not None:
         np.testing.assert_allclose(numba(), reference, rtol=tolerance)

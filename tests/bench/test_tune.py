@@ -10,17 +10,18 @@ import pytest
 
 import clbrdf
 from clbrdf import DeviceError
+from clbrdf.answers import read_answer
 from clbrdf.bench import tune as tuning
 from clbrdf.fit import Settings
-from clbrdf.lanes import Lanes, keep_answers, lanes_of, read_answers, safe_lanes
+from clbrdf.lanes import Lanes, keep_answers, lanes_of, safe_lanes
 
 
 @pytest.fixture
 def empty_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("CLBRDF_CACHE_DIR", str(tmp_path / "cache"))
-    read_answers.cache_clear()
+    read_answer.cache_clear()
     yield tmp_path / "cache"
-    read_answers.cache_clear()
+    read_answer.cache_clear()
 
 
 def python_that(tmp_path, behaviour):
@@ -75,7 +76,7 @@ def test_answers_belong_to_device_driver_and_sources(device, empty_cache):
     other = replace(device, driver="another")
     assert lanes_of(other, np.float32) == safe_lanes(other, np.float32)
     next(empty_cache.iterdir()).write_text("{damaged")
-    read_answers.cache_clear()
+    read_answer.cache_clear()
     assert lanes_of(device, np.float32) == safe_lanes(device, np.float32)
 
 

@@ -14,7 +14,9 @@ import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
 
-FLAGS = ("-O3", "-march=native", "-ffast-math", "-fopenmp", "-shared", "-fPIC")
+COMPILE = ("-O3", "-march=native", "-ffast-math", "-fopenmp", "-fPIC", "-c")
+LINK = ("-shared", "-fopenmp")
+"""Without -ffast-math: linked with it, the library would flush subnormal numbers in all of the process."""
 
 
 def find_compiler() -> str | None:
@@ -34,9 +36,13 @@ def c_objective(
         source = folder / "objective.c"
         packaged = resources.files("clbrdf.bench.peers").joinpath("objective.c")
         source.write_text(packaged.read_text(encoding="utf-8"), encoding="utf-8")
-        words = [compiler, *FLAGS, str(source), "-o", str(library), "-lm"]
-        if subprocess.run(words, capture_output=True, check=False).returncode != 0:
-            return None
+        compiled = folder / "objective.o"
+        for words in (
+            [compiler, *COMPILE, str(source), "-o", str(compiled)],
+            [compiler, *LINK, str(compiled), "-o", str(library), "-lm"],
+        ):
+            if subprocess.run(words, capture_output=True, check=False).returncode != 0:
+                return None
     function = getattr(
         ctypes.CDLL(str(library)), "objective_single" if dtype is np.float32 else "objective_double"
     )

@@ -1,0 +1,123 @@
+"""From a tolerance to the cheapest arithmetic that keeps it, as measured on this device."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from clbrdf.answers import keep_answer, read_answer
+from clbrdf.device import Device, choose_device
+from clbrdf.errors import InputError
+from clbrdf.geometry import Directions
+from clbrdf.models import DEFAULT_MODEL, Model, get_model
+from clbrdf.precision import PRECISIONS, Precision
+from clbrdf.values import evaluate_directions
+
+TOPIC = "costs"
+MEASURED_DIRECTIONS = 1 << 16
+REPEATS = 3
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A precision chosen for a tolerance.
+
+    Attributes
+    ----------
+    precision : Precision
+        The cheapest whose bound is within the tolerance.
+    nanoseconds : float
+        What one value costs with it, geometry included; NaN where costs have not been measured.
+    better : Precision or None
+        The cheapest that is more exact.
+    better_nanoseconds : float
+        What one value costs with that.
+    """
+
+    precision: Precision
+    nanoseconds: float
+    better: Precision | None
+    better_nanoseconds: float
+
+    def __str__(self) -> str:
+        text = f"precision {self.precision.name} (within {self.precision.bound:g})"
+        if np.isfinite(self.nanoseconds):
+            text += f", {self.nanoseconds:.3g} ns a value"
+        if self.better is not None:
+            text += f"; the next better is {self.better.name} (within {self.better.bound:g})"
+            if np.isfinite(self.better_nanoseconds):
+                text += f", {self.better_nanoseconds:.3g} ns a value"
+        return text
+
+
+def choose_precision(
+    rtol: float, *, device: Device | None = None, model: str = DEFAULT_MODEL, measure: bool = True
+) -> Choice:
+    """Return the cheapest precision that keeps a relative tolerance of model values.
+
+    Parameters
+    ----------
+    rtol : float
+        Largest relative error wherever f > 1e-30, at least the bound of double precision.
+    device : Device, optional
+    model : str
+    measure : bool
+        Measure the costs (a few seconds, once a device) where they are not known; else take the less exact
+        for the cheaper.
+
+    Raises
+    ------
+    InputError
+        A tolerance that no precision keeps.
+    DeviceError
+        No usable OpenCL device.
+    """
+    chosen = device or choose_device()
+    able = [p for p in PRECISIONS.values() if p.dtype is np.float32 or chosen.has_double]
+    kept = [p for p in able if p.bound <= rtol]
+    if not kept:
+        best = min(p.bound for p in able)
+        raise InputError(f"rtol is {rtol:g}, and {best:g} is the best here; ask for precision 'reference'")
+    costs = known_costs(chosen) or (measure_costs(chosen, get_model(model), able) if measure else {})
+
+    def cost(p: Precision) -> tuple[float, float]:
+        return costs.get(p.name, 0.0), -p.bound
+
+    precision = min(kept, key=cost)
+    better = [p for p in able if p.bound < precision.bound]
+    following = min(better, key=cost) if better else None
+    unknown = float("nan")
+    return Choice(
+        precision,
+        costs.get(precision.name, unknown),
+        following,
+        costs.get(following.name, unknown) if following else unknown,
+    )
+
+
+def known_costs(device: Device) -> dict[str, float]:
+    """Return nanoseconds a value by precision, {} where they have not been measured on a device."""
+    try:
+        return {name: float(value) for name, value in read_answer(device, TOPIC).items()}
+    except (TypeError, ValueError):
+        return {}
+
+
+def measure_costs(device: Device, model: Model, precisions: list[Precision]) -> dict[str, float]:
+    """Measure nanoseconds a value, geometry included, interleaved; keep and return them by precision."""
+    rng = np.random.default_rng(1)
+    n = MEASURED_DIRECTIONS
+    directions = Directions(rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 360.0, n))
+    parameters = model.vector({})[None, :]
+    times: dict[str, list[float]] = {p.name: [] for p in precisions}
+    for round_ in range(REPEATS + 1):
+        for p in precisions:
+            start = time.perf_counter()
+            evaluate_directions(model, parameters, directions, p, device)
+            if round_:  # the first one compiles
+                times[p.name].append(time.perf_counter() - start)
+    costs = {name: 1e9 * float(np.median(values)) / n for name, values in times.items()}
+    keep_answer(device, TOPIC, costs)
+    return costs
