@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clbrdf.scans import make_scans, sample_scan
 
 from clbrdf import Scan
+from clbrdf.scans import make_scans, sample_scan
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))

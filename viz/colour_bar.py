@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from clbrdf.viz.lettering import screen_text
 from clbrdf.viz.radius import plain, steps_125
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table, rgb

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+
+from clbrdf.errors import InputError
 from clbrdf.viz.camera import project
 from clbrdf.viz.cut import Cut
 from clbrdf.viz.directions import angles_of
@@ -15,8 +17,6 @@ from clbrdf.viz.radius import RADIUS_MODES
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import COLOUR_MODES
 from clbrdf.viz.subject import Subject
-
-from clbrdf.errors import InputError
 
 SNAP = 0.75
 """Degrees within which the incident angle jumps to one that was measured."""

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from clbrdf.geometry import Directions
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import font_file
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.radius import nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
-
-from clbrdf.geometry import Directions
 
 Array = npt.NDArray[np.float64]
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from clbrdf.viz.report import write_report
-
 from clbrdf.device import Device
 from clbrdf.errors import ClbrdfError
 from clbrdf.fit.result import Fit
 from clbrdf.progress import Report, silent
+from clbrdf.viz.report import write_report
 
 
 def demo_pictures(

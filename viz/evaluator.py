@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from clbrdf.viz.mesh import LobeMesh
 
 from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.models import Model
 from clbrdf.precision import Precision, get_precision
 from clbrdf.program import Variant, build, upload
+from clbrdf.viz.mesh import LobeMesh
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from clbrdf.errors import InputError
+from clbrdf.files import whole_text
 from clbrdf.viz.colour_bar import ValuePaint
 from clbrdf.viz.panel import Panel
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table
-
-from clbrdf.errors import InputError
-from clbrdf.files import whole_text
 
 VIEWER_ICONS = "https://kitware.github.io/vtk-js/icon/favicon-${t}x${t}.png"
 MISSING = "pages that turn need trame: pip install 'clbrdf[web]'"

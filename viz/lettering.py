@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from clbrdf.viz.style import rgb
 
 FONT_FROM_FILE = 4

@@ -12,13 +12,13 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from clbrdf.device import Device
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.evaluator import MeshEvaluator
 from clbrdf.viz.mesh import LobeMesh, whole
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.subject import Subject
-
-from clbrdf.device import Device
 
 Single = npt.NDArray[np.float32]
 Colours = npt.NDArray[np.uint8]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.style import BLACK, BLUE, VERMILION, rgb

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+
 from clbrdf.viz.directions import angles_of
 from clbrdf.viz.subject import Subject
 

@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from clbrdf.device import Device
+from clbrdf.errors import InputError
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint, reference_values
 from clbrdf.viz.marks import Marks
@@ -17,9 +20,6 @@ from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.stage import Stage
 from clbrdf.viz.style import SERIES, Look, rgb
 from clbrdf.viz.subject import Subject, lobe_width
-
-from clbrdf.device import Device
-from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
@@ -117,6 +117,7 @@ class Panel:
         self.lobes: list[Lobe] = []
         self.actors: list[Any] = []
         self.outlines: list[Any] = []
+        self._outlined: list[int] = []
         self.marks: list[Marks] = []
         for k, entry in enumerate(self.entries):
             own = mesh or LobeMesh(lobe_width(entry.subject, min(entry.theta_i, limit)), limit)
@@ -152,6 +153,7 @@ class Panel:
         self.renderer.AddActor(actor)
         if lobe.outline is not None:
             self.outlines.append(self._outline(lobe.outline, self.colour_of(place)))
+            self._outlined.append(place)
         return actor
 
     def _outline(self, data: Any, colour: str) -> Any:
@@ -207,8 +209,8 @@ class Panel:
             actor.SetVisibility(there)
             if there:
                 lobe.draw(scale, one)
-        for actor in self.outlines:
-            actor.SetVisibility(any(self.there))
+        for place, actor in zip(self._outlined, self.outlines, strict=True):
+            actor.SetVisibility(self.there[place])
         for marks in self.marks:
             marks.draw(scale)
         angles = tuple(dict.fromkeys(e.theta_i for e in self.entries))

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from clbrdf.viz.curves import measured_and_model, spectral_map
-from clbrdf.viz.graphics import GraphicsError, require_off_screen
-from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
-from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 from clbrdf.device import Device
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.files import check_output, whole_file, whole_text
 from clbrdf.fit.result import Fit
 from clbrdf.progress import Report, silent
+from clbrdf.viz.curves import measured_and_model, spectral_map
+from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -205,12 +205,13 @@ def _lobes(fit: Fit, device: Device | None) -> tuple[list[tuple[bytes, str]], st
 
 def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, str]]:
     """Draw the lobes of up to four incident angles, linear and logarithmic, as PNGs with captions."""
+    from PIL import Image
+
     from clbrdf.viz.panel import Entry
     from clbrdf.viz.scene import Scene
     from clbrdf.viz.stills import pixels
     from clbrdf.viz.style import Look
     from clbrdf.viz.subject import Subject
-    from PIL import Image
 
     subject = Subject(fit.scan.sample or "a sample", fit.scan, fit)
     angles = fit.scan.incident_angles

@@ -9,6 +9,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
+from clbrdf.device import Device
+from clbrdf.errors import InputError
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
 from clbrdf.viz.colour import check_spectrum, chromatic_rgb, colour_weights
 from clbrdf.viz.colour_bar import Key, value_paint
@@ -21,9 +24,6 @@ from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
 from clbrdf.viz.style import COLOUR_MODES, Look
 from clbrdf.viz.subject import drawing_limit
 
-from clbrdf.device import Device
-from clbrdf.errors import InputError
-
 Place = tuple[float, float, float, float]
 """Left, bottom, right, top, normalised."""
 
@@ -31,15 +31,17 @@ MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
 """Sides of a picture, pixels."""
 STILL_SAMPLES, MOVING_SAMPLES = 4, 0
+"""Samples a pixel, in files and while sliders move."""
 CAPTION_LINES = 4.2
+"""Height of a panel's caption, in letters."""
 NOTE_LENGTHS = (95, 108)
 NOTE_LENGTHS_MIXED = (135, 108)
 """Letters of the longest usual lines of `Scene.notes`; with measured and modelled surfaces."""
 LINE_HEIGHT = 1.17
+"""Of DejaVu Sans, in letters."""
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
 """Of several panels on a page, below and beside the page's own words."""
-"""Height of a panel's caption, in letters."""
 
 
 def panel_places(count: int, width: float, height: float) -> list[Place]:

@@ -14,12 +14,11 @@ from http.cookies import SimpleCookie
 from typing import Any
 from urllib.parse import urlsplit
 
+from clbrdf.errors import InputError
 from clbrdf.viz.control import Control
 from clbrdf.viz.radius import RADIUS_MODES
 from clbrdf.viz.style import COLOUR_MODES
 from clbrdf.viz.window import CLICK_REACH
-
-from clbrdf.errors import InputError
 
 COOKIE = "clbrdf_token"
 LAST_PORT = 65535

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from clbrdf.viz.style import BLACK, BLUE, SERIES, VERMILION
 
 from clbrdf.fit.result import Fit
+from clbrdf.viz.style import BLACK, BLUE, SERIES, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from clbrdf.viz.scene import Scene
 
 from clbrdf.errors import InputError
 from clbrdf.files import check_output, whole_file
 from clbrdf.progress import Report, silent
+from clbrdf.viz.scene import Scene
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from clbrdf.viz.mesh import WIDEST
 
 from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
+from clbrdf.viz.mesh import WIDEST
 
 Array = npt.NDArray[np.float64]
 

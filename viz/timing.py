@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
+from clbrdf.device import Device
 from clbrdf.viz.graphics import require_off_screen
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.subject import Subject, drawing_limit, lobe_width
-
-from clbrdf.device import Device
 
 
 @dataclass(frozen=True)

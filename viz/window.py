@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from clbrdf.device import Device
 from clbrdf.viz.control import Control
 from clbrdf.viz.cut import Cut
 from clbrdf.viz.lettering import font_file
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.scene import MOVING_SAMPLES, Scene
 from clbrdf.viz.style import Look
-
-from clbrdf.device import Device
 
 PANEL_AREA = (0.0, 0.16, 0.60, 0.89)
 CUT_AREA = (0.585, 0.15, 0.882, 0.80)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from clbrdf.scans import sample_scan
-
 from clbrdf import Fit, Scan
+from clbrdf.scans import sample_scan
 
 
 def test_demo_leaves_scan_fit_and_pictures(run, tmp_path, monkeypatch):

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clbrdf.viz.graphics import GraphicsError, require_off_screen
-from clbrdf.viz.subject import Subject
 
 from clbrdf import Fit, Scan
 from clbrdf.models import get_model
+from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.subject import Subject
 from tests.reference.naive import TIN_FOIL
 
 

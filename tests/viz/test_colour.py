@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clbrdf.viz.colour import chromatic_rgb, colour_weights, matching_functions
 
 from clbrdf import InputError
+from clbrdf.viz.colour import chromatic_rgb, colour_weights, matching_functions
 
 # CIE 1931 2° colour matching functions (CIE 018:2019, table 6; Wyszecki and Stiles, table I(3.3.1)).
 CIE_1931 = np.array(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
+from clbrdf import evaluate
 from clbrdf.viz.camera import project
 from clbrdf.viz.cut import cut_angles
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.stills import pixels
 from clbrdf.viz.style import Look
 from clbrdf.viz.window import KEYS, Window, controlled_scene
-
-from clbrdf import evaluate
 from tests.viz.conftest import FOIL
 
 pytestmark = pytest.mark.usefixtures("gl")

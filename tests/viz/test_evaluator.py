@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clbrdf.viz.directions import angles_of
-from clbrdf.viz.evaluator import MeshEvaluator
-from clbrdf.viz.mesh import LobeMesh
 
 from clbrdf import Directions
 from clbrdf.models import get_model, model_names
+from clbrdf.viz.directions import angles_of
+from clbrdf.viz.evaluator import MeshEvaluator
+from clbrdf.viz.mesh import LobeMesh
 
 
 @pytest.mark.parametrize("name", model_names())

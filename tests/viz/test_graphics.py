@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from clbrdf.viz import graphics
 
+from clbrdf.viz import graphics
 from tests.viz.test_report import without_graphics
 
 

@@ -9,13 +9,13 @@ import time
 
 import numpy as np
 import pytest
+from PIL import Image
+
+from clbrdf import InputError
 from clbrdf.viz.html import save_html, scene_archive
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import Look
-from PIL import Image
-
-from clbrdf import InputError
 
 pytestmark = pytest.mark.usefixtures("gl")
 

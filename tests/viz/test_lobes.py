@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from clbrdf import Scan, evaluate
 from clbrdf.viz.colour_bar import value_paint
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.lobes import FittedLobe, MeasuredLobe, joined_directions, reference_values
@@ -14,8 +16,6 @@ from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import peak_text, points_text
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.subject import Subject
-
-from clbrdf import Scan, evaluate
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
 UNIT = RadiusScale("linear", 1.0, 1e-3)

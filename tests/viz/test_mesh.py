@@ -6,13 +6,12 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from clbrdf.viz.directions import angles_of, unit_vectors
-from clbrdf.viz.mesh import LobeMesh, whole
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clbrdf import Directions, InputError
-from clbrdf.geometry import sin2_gamma
+from clbrdf import InputError
+from clbrdf.viz.directions import angles_of, unit_vectors
+from clbrdf.viz.mesh import LobeMesh, whole
 
 zeniths = st.floats(0.0, 85.0)
 
@@ -48,7 +47,9 @@ def test_middle_rim_and_gamma(theta_i, width):
     assert (z >= np.cos(np.deg2rad(85.0)) - 2e-6).all()
     np.testing.assert_allclose(x**2 + y**2 + z**2, 1.0, atol=1e-6)
     zenith, azimuth = angles_of(np.stack([x, y, z], axis=-1).reshape(-1, 3))
-    expected = sin2_gamma(Directions(np.array([theta_i]), np.minimum(zenith, 89.9), azimuth))
+    i, r, phi = np.deg2rad(theta_i), np.deg2rad(zenith), np.deg2rad(azimuth)
+    # Equation (10), squared and taken from 1.
+    expected = (1.0 - np.cos(i) * np.cos(r) + np.sin(i) * np.sin(r) * np.cos(phi)) / 2.0
     np.testing.assert_allclose(sin2.ravel(), expected, atol=3e-7)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clbrdf.viz.colour_bar import value_paint
-from clbrdf.viz.radius import RadiusScale, joined, make_scale, nice_step, steps_125
 from hypothesis import given
 from hypothesis import strategies as st
 
 from clbrdf import InputError
+from clbrdf.viz.colour_bar import value_paint
+from clbrdf.viz.radius import RadiusScale, joined, make_scale, nice_step, steps_125
 
 VALUES = np.array([0.4, 3.0, 600.0])
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from clbrdf import InputError, Scan
 from clbrdf.viz import demo_pictures, graphics, report, write_report
 from clbrdf.viz.curves import measured_and_model, spectral_map
 from clbrdf.viz.report import _figure
 from clbrdf.viz.report_words import warning_lines
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
-
-from clbrdf import InputError, Scan
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
 

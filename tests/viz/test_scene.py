@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
+from clbrdf import InputError, Scan
 from clbrdf.viz.camera import project
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.scene import Scene, panel_places
 from clbrdf.viz.stills import pixels
 from clbrdf.viz.style import Look
 from clbrdf.viz.subject import Subject
-
-from clbrdf import InputError, Scan
 from tests.viz.conftest import all_masked, fit_of
 
 pytestmark = pytest.mark.usefixtures("gl")

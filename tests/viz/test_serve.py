@@ -13,8 +13,8 @@ import urllib.request
 
 import numpy as np
 import pytest
-from clbrdf.viz.serve import allowed, is_loopback
 
+from clbrdf.viz.serve import allowed, is_loopback
 from tests.viz.test_html import coloured, picture, settled
 
 TOKEN = "correct-horse"

@@ -6,14 +6,14 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
+
+from clbrdf import InputError, Scan
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.scene import Scene
 from clbrdf.viz.stills import pixels, save_gif, save_mp4, save_png, sweep_stops
 from clbrdf.viz.style import Look
 from clbrdf.viz.subject import Subject
-from PIL import Image
-
-from clbrdf import InputError, Scan
 
 pytestmark = pytest.mark.usefixtures("gl")
 
