@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.geometry import Directions
 from clbrdf.viz.curves import signed_view_zenith
-from clbrdf.viz.lettering import font_file
+from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.radius import nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
@@ -49,7 +49,7 @@ class Cut:
         self.chart.background_color = "white"
         for axis in (self.chart.x_axis, self.chart.y_axis):
             for shape in (axis.GetTitleProperties(), axis.GetLabelProperties()):
-                shape.SetFontFamily(4)
+                shape.SetFontFamily(FONT_FROM_FILE)
                 shape.SetFontFile(font_file())
                 shape.SetFontSize(size)
                 shape.BoldOff()

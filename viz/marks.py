@@ -36,7 +36,7 @@ class Marks:
 
     def __init__(self, renderer: Any, subject: Subject, size: float = 7.0) -> None:
         import pyvista as pv
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkProperty
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
         self.subject = subject
         self.points, self.whiskers = pv.PolyData(), pv.PolyData()
@@ -50,7 +50,6 @@ class Marks:
             actor = vtkActor()
             actor.SetMapper(mapper)
             actor.GetProperty().SetPointSize(size)
-            actor.GetProperty().SetPoint2DShape(vtkProperty.Point2DShapeType.Round)
             actor.GetProperty().SetLineWidth(2.5)
             actor.GetProperty().SetColor(*rgb(BLACK))
             actor.GetProperty().LightingOff()

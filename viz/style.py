@@ -43,15 +43,12 @@ class Look:
         1/sr at length 0 of the logarithmic radius; chosen from the values if None.
     points : bool
         Whether measured points and their residuals are drawn.
-    transparent : bool
-        Whether the background is left out.
     """
 
     radius: Literal["linear", "log", "cosine"] = "linear"
     colour: ColourMode = "value"
     floor: float | None = None
     points: bool = True
-    transparent: bool = False
 
 
 @cache

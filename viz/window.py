@@ -8,7 +8,7 @@ from typing import Any
 from clbrdf.device import Device
 from clbrdf.viz.control import Control
 from clbrdf.viz.cut import Cut
-from clbrdf.viz.lettering import font_file
+from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.panel import Entry
 from clbrdf.viz.scene import MOVING_SAMPLES, Scene
 from clbrdf.viz.style import Look
@@ -69,22 +69,23 @@ class Window:
         self.wavelength_slider: Any = None
         if len(control.wavelengths) > 1:
             span = control.wavelengths[0], control.wavelengths[-1]
-            self.wavelength_slider = self._slider("λ (nm)", span, control.wavelength, 0.03, self._wavelength)
+            self.wavelength_slider = self._slider(span, control.wavelength, 0.03, self._wavelength)
         self.incident_slider: Any = None
         if any(e.subject.fit is not None for p in scene.panels for e in p.entries) or (
             len(scene.panels[0].entries[0].subject.scan.incident_angles) > 1
         ):
             span = 0.0, control.largest_incident
-            self.incident_slider = self._slider("θi (°)", span, control.theta_i, 0.33, self._incident)
+            self.incident_slider = self._slider(span, control.theta_i, 0.33, self._incident)
         self._pressed = (0, 0)
         self.interactor.AddObserver("LeftButtonPressEvent", self._press, 1.0)
         self.interactor.AddObserver("LeftButtonReleaseEvent", self._release, 1.0)
         control.say(KEYS)
+        self._say_values()
         # A click before the first picture would find sliders without a shape, and VTK would end.
         scene.render()
 
     def _slider(
-        self, title: str, span: tuple[float, float], value: float, left: float, action: Callable[..., None]
+        self, span: tuple[float, float], value: float, left: float, action: Callable[..., None]
     ) -> Any:
         from vtkmodules.vtkInteractionWidgets import vtkSliderRepresentation2D, vtkSliderWidget
 
@@ -92,8 +93,8 @@ class Window:
         shape.SetMinimumValue(span[0])
         shape.SetMaximumValue(span[1])
         shape.SetValue(value)
-        shape.SetTitleText(title)
-        shape.SetLabelFormat("{:.1f}")
+        # The slider stops between measured values; its title says what is shown.
+        shape.ShowSliderLabelOff()
         for place, end in (
             (shape.GetPoint1Coordinate(), (left, 0.115)),
             (shape.GetPoint2Coordinate(), (left + 0.26, 0.115)),
@@ -101,17 +102,16 @@ class Window:
             place.SetCoordinateSystemToNormalizedDisplay()
             place.SetValue(*end)
         shape.SetTitleHeight(0.022)
-        shape.SetLabelHeight(0.022)
         shape.SetSliderLength(0.012)
         shape.SetSliderWidth(0.03)
         shape.SetTubeWidth(0.006)
-        for letters in (shape.GetTitleProperty(), shape.GetLabelProperty()):
-            letters.SetFontFamily(4)
-            letters.SetFontFile(font_file())
-            letters.SetColor(0.0, 0.0, 0.0)
-            letters.ShadowOff()
-            letters.BoldOff()
-            letters.ItalicOff()
+        letters = shape.GetTitleProperty()
+        letters.SetFontFamily(FONT_FROM_FILE)
+        letters.SetFontFile(font_file())
+        letters.SetColor(0.0, 0.0, 0.0)
+        letters.ShadowOff()
+        letters.BoldOff()
+        letters.ItalicOff()
         shape.GetTubeProperty().SetColor(0.6, 0.6, 0.6)
         shape.GetSliderProperty().SetColor(0.0, 0.45, 0.70)
         widget = vtkSliderWidget()
@@ -127,10 +127,20 @@ class Window:
     def _wavelength(self, widget: Any, event: str) -> None:
         del event
         self.control.set_wavelength(float(widget.GetRepresentation().GetValue()))
+        self._say_values()
 
     def _incident(self, widget: Any, event: str) -> None:
         del event
         self.control.set_incident(float(widget.GetRepresentation().GetValue()))
+        self._say_values()
+
+    def _say_values(self) -> None:
+        for slider, text in (
+            (self.wavelength_slider, f"λ = {self.control.wavelength:g} nm"),
+            (self.incident_slider, f"θi = {self.control.theta_i:g}°"),
+        ):
+            if slider is not None:
+                slider.GetRepresentation().SetTitleText(text)
 
     def _press(self, interactor: Any, event: str) -> None:
         del event

@@ -137,6 +137,8 @@ class TestWindow:
         window.wavelength_slider.GetRepresentation().SetValue(640.0)
         window.wavelength_slider.InvokeEvent("InteractionEvent")
         assert window.control.wavelength == 650.0
+        assert window.wavelength_slider.GetRepresentation().GetTitleText() == "λ = 650 nm"
+        assert window.incident_slider.GetRepresentation().GetTitleText() == "θi = 60°"
         assert np.abs(pixels(window.control.scene).astype(int) - before).max() > 100
 
     def test_keys(self, window):
