@@ -103,13 +103,13 @@ def _bar(paint: ValuePaint, title: str) -> str:
 def words_of(scene: Scene) -> str:
     """Return title, notes, captions and key of a scene as HTML."""
     entries = [e for p in scene.panels for e in p.entries]
-    title = escape(",  ".join(dict.fromkeys(e.name for e in entries)))
+    title = escape(scene.title)
     notes = escape("\n".join(scene.notes()))
     if len(scene.panels) == 1:
         notes = escape(scene.panels[0].caption()) + "\n" + notes
     parts = [f'<div class="words"><h1>{title}</h1><p>{notes}\nDrag to turn, wheel to zoom.</p></div>']
     if len(scene.panels) > 1:
-        for panel, (x, y, _) in zip(scene.panels, scene.corners, strict=True):
+        for panel, (x, y, _, _) in zip(scene.panels, scene.corners, strict=True):
             where = f"left:{100.0 * x:.1f}%;top:{100.0 * (1.0 - y):.1f}%"
             parts.append(f'<div class="caption" style="{where}">{escape(panel.caption(scene.named))}</div>')
     if scene.overlay:
@@ -139,7 +139,7 @@ def page_text(scene: Scene) -> str:
     page = io.StringIO()
     write_html(archive, page)
     text = page.getvalue()
-    name = escape(", ".join(dict.fromkeys(e.name for p in scene.panels for e in p.entries)))
+    name = escape(scene.title)
     text = text.replace(
         "<title>VTK.js | Example - OfflineLocalView</title>", f"<title>{name}: BRDF</title>", 1
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,8 +13,8 @@ from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
 from clbrdf.viz.colour import check_spectrum, chromatic_rgb, colour_weights
-from clbrdf.viz.colour_bar import Key, value_paint
-from clbrdf.viz.lettering import Lettering, screen_text
+from clbrdf.viz.colour_bar import value_paint
+from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import clip_text, kind_of
@@ -23,6 +22,7 @@ from clbrdf.viz.panel import Entry, Panel
 from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
 from clbrdf.viz.style import COLOUR_MODES, Look
 from clbrdf.viz.subject import drawing_limit
+from clbrdf.viz.words import LEFT_EDGE, Corner, Words, words_height
 
 Place = tuple[float, float, float, float]
 """Left, bottom, right, top, normalised."""
@@ -37,8 +37,6 @@ CAPTION_LINES = 4.2
 NOTE_LENGTHS = (95, 108)
 NOTE_LENGTHS_MIXED = (135, 108)
 """Letters of the longest usual lines of `Scene.notes`; with measured and modelled surfaces."""
-LINE_HEIGHT = 1.17
-"""Of DejaVu Sans, in letters."""
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
 """Of several panels on a page, below and beside the page's own words."""
@@ -57,16 +55,6 @@ def panel_places(count: int, width: float, height: float) -> list[Place]:
         (c / columns, 1.0 - (r + 1) / rows, (c + 1) / columns, 1.0 - r / rows)
         for r, c in (divmod(k, columns) for k in range(count))
     ]
-
-
-def characters(width: int, letter: int) -> int:
-    """How many letters of a height fit into a width, both in pixels: DejaVu Sans averages 0.56."""
-    return max(12, int(0.96 * width / (0.57 * letter)))
-
-
-def wrapped(text: str, width: int) -> str:
-    """Break lines longer than a number of letters."""
-    return "\n".join(textwrap.fill(line, width) for line in text.split("\n"))
 
 
 class Scene:
@@ -136,7 +124,8 @@ class Scene:
         groups = [list(entries)] if self.overlay else [[e] for e in entries]
         self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
         mixed = len({e.subject.fit is None for e in entries}) > 1
-        self.area = self._below_words(area, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS) if words else WHOLE
+        height = words_height(size, self.letter, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS)
+        self.area = (*area[:3], min(area[3], 1.0 - height)) if words else WHOLE
         if flat_labels and len(groups) > 1:
             self.area = PAGE_AREA
         left, bottom, right, top = self.area
@@ -157,8 +146,7 @@ class Scene:
         self.view = PAGE_VIEW if flat_labels else View()
         self.panels: list[Panel] = []
         self._sizes: list[tuple[int, int]] = []
-        self.corners: list[tuple[float, float, int]] = []
-        self._rights: list[float] = []
+        self.corners: list[Corner] = []
         self.inset = self.plotter.renderers[len(groups)] if inset is not None else None
         if self.inset is not None and inset is not None:
             self.inset.viewport = inset
@@ -174,10 +162,9 @@ class Scene:
             self._sizes.append(small)
             self.view.apply(renderer.camera, *small)
             renderer.camera_set = True
-            self.corners.append((x0 + 0.018, y1, letter))
-            self._rights.append(x1)
-        self._words = words
-        self.front = self._front_renderer() if words else None
+            self.corners.append((x0 + LEFT_EDGE, y1, x1, letter))
+        window = self.plotter.render_window
+        self.words = Words(window, size, self.letter, self.corners) if words else None
         self.update()
 
     @staticmethod
@@ -192,12 +179,6 @@ class Scene:
                     raise InputError("a difference has no spectral colour; colour it by value")
                 check_spectrum(entry.subject.wavelength)
 
-    def _below_words(self, area: Place, lengths: tuple[int, ...]) -> Place:
-        """Leave room for the notes, which take more lines in a narrow picture."""
-        lines = sum(-(-length // characters(self.size[0], self.letter)) for length in lengths)
-        height = (2.6 + LINE_HEIGHT * lines) * self.letter / self.size[1]
-        return area[0], area[1], area[2], min(area[3], 1.0 - height)
-
     def _lay_background(self) -> None:
         """Put a white renderer under everything: panels do not cover the window."""
         from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -210,21 +191,6 @@ class Scene:
         for renderer in self.plotter.renderers:
             renderer.SetLayer(1)
         window.AddRenderer(self.ground)
-
-    def _front_renderer(self) -> Any:
-        """Return a renderer over the whole window, for the title and the key."""
-        from vtkmodules.vtkRenderingCore import vtkRenderer
-
-        front = vtkRenderer()
-        front.SetLayer(2)
-        front.InteractiveOff()
-        self.plotter.render_window.AddRenderer(front)
-        self._key = Key(front, self.letter)
-        self._title = screen_text(front, "", (0.018, 0.985), round(1.2 * self.letter), bold=True)
-        self._notes = screen_text(front, "", (0.018, 0.985 - 1.75 * self.letter / self.size[1]), self.letter)
-        self._foot = screen_text(front, "", (0.018, 2.0 * self.letter / self.size[1]), self.letter)
-        self._captions = [screen_text(front, "", (x, y), letter) for x, y, letter in self.corners]
-        return front
 
     def update(self) -> None:
         """Evaluate, scale, shape, paint and word everything anew; drawing is left to the caller."""
@@ -247,8 +213,8 @@ class Scene:
             panel.draw(self.scale, self.paint if by_value else None)
             if not by_value and not self.overlay:
                 self._paint_spectra(panel)
-        if self._words:
-            self._word()
+        if self.words is not None:
+            self._word(self.words)
 
     @staticmethod
     def _paint_spectra(panel: Panel) -> None:
@@ -257,25 +223,21 @@ class Scene:
                 weights = colour_weights(panel.entries[0].subject.wavelength)
                 lobe.set_colours(chromatic_rgb(lobe.spectra() @ weights.T))
 
-    def _word(self) -> None:
-        corners = [
-            (right - x, letter) for (x, _, letter), right in zip(self.corners, self._rights, strict=True)
-        ]
-        for caption, panel, (x1, letter) in zip(self._captions, self.panels, corners, strict=True):
-            fitting = characters(round(x1 * self.size[0]), letter)
-            caption.SetInput(wrapped(panel.caption(self.named), fitting))
-        entries = [e for p in self.panels for e in p.entries]
-        title = ",  ".join(dict.fromkeys(e.name for e in entries))
-        fitting = characters(self.size[0], self.letter)
-        self._title.SetInput(textwrap.shorten(title, round(0.75 * fitting), placeholder=" …"))
-        self._notes.SetInput(wrapped("\n".join(self.notes()), fitting))
+    def _word(self, words: Words) -> None:
+        words.show(self.title, self.notes(), [panel.caption(self.named) for panel in self.panels])
         if self.overlay:
+            entries = [e for p in self.panels for e in p.entries]
             names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
-            self._key.show_names(names, top=self.area[3])
+            words.key.show_names(names, top=self.area[3])
         elif self.look.colour == "spectrum":
-            self._key.show_names([], "colour: hue of the spectrum\nin daylight D65")
+            words.key.show_names([], "colour: hue of the spectrum\nin daylight D65")
         else:
-            self._key.show_bar(self.paint, self.key_title)
+            words.key.show_bar(self.paint, self.key_title)
+
+    @property
+    def title(self) -> str:
+        """Names of everything shown."""
+        return ",  ".join(dict.fromkeys(e.name for p in self.panels for e in p.entries))
 
     @property
     def named(self) -> bool:
@@ -335,8 +297,8 @@ class Scene:
 
     def say(self, text: str) -> None:
         """Put a line at the foot of the picture."""
-        if self._words:
-            self._foot.SetInput(text)
+        if self.words is not None:
+            self.words.say(text)
 
     def first_view(self) -> None:
         """Put all cameras back to where they began."""

@@ -114,11 +114,13 @@ class Window:
         letters.ItalicOff()
         shape.GetTubeProperty().SetColor(0.6, 0.6, 0.6)
         shape.GetSliderProperty().SetColor(0.0, 0.45, 0.70)
+        words = self.control.scene.words
+        assert words is not None
         widget = vtkSliderWidget()
         widget.SetInteractor(self.interactor)
         widget.SetRepresentation(shape)
-        widget.SetCurrentRenderer(self.control.scene.front)
-        widget.SetDefaultRenderer(self.control.scene.front)
+        widget.SetCurrentRenderer(words.renderer)
+        widget.SetDefaultRenderer(words.renderer)
         widget.SetAnimationModeToJump()
         widget.EnabledOn()
         widget.AddObserver("InteractionEvent", action)
