@@ -1,10 +1,13 @@
 # Two commands do everything on a fresh machine with Python 3.11 or newer:
 #   make demo    install into .venv and run the main job end to end
 #   make test    install into .venv, lint, and run the tests
+# and two more for those who want to know:
+#   make bench   tune the kernels for this machine, measure speed and what accuracy costs
+#   make soak    the long checks
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test soak lint tree format scans clean
+.PHONY: demo test bench soak lint tree format scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -12,6 +15,11 @@ demo: .venv/installed
 
 test: lint
 	$(BIN)/python -m pytest -n auto -m "not soak"
+
+bench: .venv/installed-bench
+	$(BIN)/clbrdf devices --tune
+	$(BIN)/clbrdf bench throughput
+	$(BIN)/clbrdf bench accuracy --png docs/pictures/accuracy.png --overwrite
 
 soak: .venv/installed-dev
 	$(BIN)/python -m pytest -m soak
@@ -44,6 +52,10 @@ clean:
 .venv/installed-dev: pyproject.toml | .venv/bin/python
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	touch $@ .venv/installed
+
+.venv/installed-bench: pyproject.toml | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --editable '.[peers]'
+	touch $@
 
 # The mapped folders at their place inside the package, for the type checker and the import linter.
 tree:

@@ -32,9 +32,7 @@ def evaluate_directions(
         x = features_in_parts(model, directions[first : first + block_n], precision)
         for start in range(0, w, block_w):
             part = parameters[start : start + block_w]
-            out[first : first + len(x), start : start + len(part)] = _launch(
-                model, part, x, precision, device
-            )
+            _launch(model, part, x, precision, device, out[first : first + len(x), start : start + len(part)])
     return out
 
 
@@ -51,8 +49,10 @@ def features_in_parts(model: Model, directions: Directions, precision: Precision
     return out
 
 
-def _launch(model: Model, parameters: Array, x: Array, precision: Precision, device: Device) -> Array:
-    """Return f (N, W) of parameters (W, P) and features (N, F) in one launch."""
+def _launch(
+    model: Model, parameters: Array, x: Array, precision: Precision, device: Device, out: Array
+) -> None:
+    """Write f of parameters (W, P) and features (N, F) into out (N, W), in one launch."""
     import pyopencl as cl
 
     variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
@@ -70,12 +70,12 @@ def _launch(model: Model, parameters: Array, x: Array, precision: Precision, dev
     result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
     kernel(queue, (groups, len(host)), None, features, np.uint64(padded), sets, result)
     cl.enqueue_copy(queue, host, result)
-    values: Array = host[:, : len(x)].T.astype(np.float64)
+    values = host[:, : len(x)]
+    out[...] = values.T
     if precision.dtype is np.float32:
-        beyond = ~np.isfinite(values).all(axis=0)
+        beyond = ~np.isfinite(values).all(axis=1)
         if beyond.any():
-            values[:, beyond] = model.brdf(parameters[beyond][:, None, :], x.astype(np.float64)).T
-    return values
+            out[:, beyond] = model.brdf(parameters[beyond][:, None, :], x.astype(np.float64)).T
 
 
 def in_two(values: Array, dtype: type[np.floating]) -> tuple[Array, Array]:

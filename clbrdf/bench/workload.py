@@ -20,17 +20,24 @@ from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
 
-INCIDENT = (15.0, 30.0, 40.0, 45.0, 50.0, 60.0, 65.0, 70.0, 75.0)
+INCIDENT = (75.0, 70.0, 65.0, 60.0, 50.0, 45.0, 40.0, 30.0, 15.0)
+"""Falling, as problems order their groups: by the cosine."""
+
 VIEW_COUNT = 86
 SETS = 8192
+
+
+def workload_directions() -> Directions:
+    """Return the 774 directions of the workload."""
+    theta_r = np.tile(np.arange(float(VIEW_COUNT)), len(INCIDENT))
+    return Directions(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
 
 
 def workload(device: Device, sets: int = SETS) -> tuple[Problem, Array]:
     """Return one wavelength × 774 directions, and parameter sets (1, sets, P) near its optimum."""
     model, rng = get_model(), np.random.default_rng(2013)
-    theta_i = np.repeat(INCIDENT, VIEW_COUNT)
-    theta_r = np.tile(np.arange(float(VIEW_COUNT)), len(INCIDENT))
-    directions = Directions(theta_i, theta_r, np.full(1, 180.0))
+    directions = workload_directions()
+    theta_i, theta_r = directions.theta_i, directions.theta_r
     centre = model.vector({})
     truth = model.brdf(centre[None, :], model.features(directions))
     noisy = truth * (1.0 + 0.06 * rng.standard_normal(len(truth)))

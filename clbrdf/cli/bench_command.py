@@ -3,45 +3,71 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+from cyclopts import Parameter
+
+from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
+from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
-from clbrdf.device import choose_device
+from clbrdf.device import Device, choose_device
+from clbrdf.errors import InputError
 from clbrdf.files import check_output, whole_text
+from clbrdf.scan import Scan
+from clbrdf.scans import sample_scan
+from clbrdf.viz.curves import save_figure
+
+FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput"],
+    what: Literal["throughput", "accuracy"],
     /,
     *,
     device: DeviceName = None,
     json: JsonFile = None,
+    png: Annotated[Path | None, Parameter(help="accuracy: also draw the tables")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Measure on this machine, now, in one interleaved run.
+    """Measure on this machine, now, in one run.
 
     Parameters
     ----------
     what
-        throughput: million model evaluations a second in E (13), beside NumPy, Numba and C
+        throughput: million model evaluations a second in E (13), beside NumPy, Numba and C, interleaved;
+        accuracy: error over time for model values, E, fits and integrals
     """
-    del what
-    if json is not None:
-        check_output(json, overwrite)
+    for output in (json, png):
+        if output is not None:
+            check_output(output, overwrite)
+    if png is not None and what != "accuracy":
+        raise InputError(f"--png: bench {what} draws no figure; it belongs to bench accuracy")
     chosen = choose_device(device)
+    content = _throughput(chosen) if what == "throughput" else _accuracy(chosen, png, overwrite)
+    if json is not None:
+        whole_text(json, {"device": str(chosen), **content}, overwrite)
+
+
+def _throughput(device: Device) -> dict[str, object]:
     with tempfile.TemporaryDirectory() as folder, progress_bar("rounds") as report:
-        rows = race(contenders_on(chosen, Path(folder)), report=report)
+        rows = race(contenders_on(device, Path(folder)), report=report)
     start = measure_start()
-    print(f"{chosen}, {chosen.compute_units} units\n")
+    print(f"{device}, {device.compute_units} units\n")
     for group in ("fp32", "fp64"):
         _print_group(group, [row for row in rows if row.group == group])
     text = [[name, f"{seconds:.2g}"] for name, seconds in _starts(start)]
     print_table("Before the first result", ("", "seconds"), text)
-    if json is not None:
-        whole_text(json, _content(str(chosen), rows, start), overwrite)
+    return {
+        "start": asdict(start),
+        "throughput": [
+            {"name": row.name, "group": row.group, "rate": row.rate, "seconds": list(row.seconds)}
+            for row in rows
+        ],
+    }
 
 
 def _starts(start: Start) -> list[tuple[str, float]]:
@@ -66,17 +92,23 @@ def _print_group(group: str, rows: list[Contender]) -> None:
         ]
         for row in rows
     ]
-    print_table(
-        f"E in {group}, million model evaluations a second", ("", "median", "× C", "ceiling", "best"), text
-    )
+    title = f"E in {group}, million model evaluations a second"
+    print_table(title, ("", "median", "× C", "ceiling", "best"), text)
 
 
-def _content(device: str, rows: list[Contender], start: Start) -> dict[str, object]:
-    return {
-        "device": device,
-        "start": {"cold": start.cold, "warm": start.warm, "launch": start.launch},
-        "throughput": [
-            {"name": row.name, "group": row.group, "rate": row.rate, "seconds": list(row.seconds)}
-            for row in rows
-        ],
-    }
+def _accuracy(device: Device, png: Path | None, overwrite: bool) -> dict[str, object]:
+    scan = thinned(Scan.open(sample_scan("yellow_tin_foil")), FIT_WAVELENGTHS)
+    with progress_bar("fits") as report:
+        fits = fit_panel(device, scan, report)
+    panels = [value_panel(device), objective_panel(device), fits, integral_panel(device)]
+    print(f"{device}, {device.compute_units} units\n")
+    for panel in panels:
+        _print_panel(panel)
+    if png is not None:
+        save_figure(accuracy_figure(panels, str(device)), png, overwrite)
+    return {"accuracy": [asdict(panel) for panel in panels]}
+
+
+def _print_panel(panel: Panel) -> None:
+    rows = [[p.series, p.name, f"{p.seconds:.2e}", f"{p.error:.1e}", p.note] for p in panel.points]
+    print_table(panel.title, ("", "", panel.work, panel.error, ""), rows, left=2)

@@ -17,6 +17,9 @@ from clbrdf.files import whole_text
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.tolerance import choose_precision
 
+MOST_TABLE_ROWS = 2000
+"""Longer results are printed line by line in fixed columns: a table would have to be held as a whole."""
+
 
 def command(
     *,
@@ -74,8 +77,13 @@ def command(
             **{name: column.tolist() for name, column in zip(names, table, strict=True)},
         }
         whole_text(json, content, overwrite)
+    headings = ("θi (°)", "θr (°)", "φ (°)", "BRDF (1/sr)")
     rows = ([f"{t:.10g}", f"{r:.10g}", f"{p:.10g}", f"{f:.7g}"] for t, r, p, f in zip(*table, strict=True))
-    print_table("", ("θi (°)", "θr (°)", "φ (°)", "BRDF (1/sr)"), rows, left=0)
+    if len(values) <= MOST_TABLE_ROWS:
+        print_table("", headings, rows, left=0)
+    else:
+        print("".join(f"{name:>14}" for name in headings))
+        sys.stdout.writelines("".join(f"{word:>14}" for word in row) + "\n" for row in rows)
 
 
 def _precision(precision: str | None, rtol: float | None, device: Device, model: str, values: int) -> str:

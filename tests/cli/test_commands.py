@@ -66,6 +66,12 @@ class TestEvaluate:
         assert status == 0
         assert len(out.splitlines()) == 3 + 6 + 1
 
+    def test_long_results_stream_in_columns(self, run):
+        status, out, _ = run("evaluate", "--theta-i", "60", "--theta-r", "0:85:0.02")
+        lines = out.splitlines()
+        assert (status, len(lines)) == (0, 4252)
+        assert lines[3001].split() == ["60", "60", "180", "1996.721"]
+
     @pytest.mark.parametrize(
         ("words", "said"),
         [
