@@ -95,14 +95,14 @@ def constants_text(variant: Variant) -> str:
 
 
 def geometry_text(model: Model) -> str:
-    """Return the record of geometry features and the two ways to load it."""
+    """Return the record of a direction, that of geometry features, and the two ways to load the latter."""
     fields = ", ".join(model.feature_names)
     lanes = "\n".join(
         f"    x.{name} = LOAD(group, rows + {j} * n_padded);" for j, name in enumerate(model.feature_names)
     )
     same = "\n".join(f"    x.{name} = (realv)row[n * F + {j}];" for j, name in enumerate(model.feature_names))
     return (
-        f"typedef struct {{ realv {fields}; }} geometry;\n"
+        kernel_text("lib/direction.cl") + f"typedef struct {{ realv {fields}; }} geometry;\n"
         "inline geometry geometry_lanes(global const real *rows, ulong n_padded, size_t group) {\n"
         f"    geometry x;\n{lanes}\n    return x;\n}}\n"
         "inline geometry geometry_of(global const real *row, size_t n) {\n"
@@ -121,7 +121,6 @@ def source_text(variant: Variant) -> str:
         constants_text(variant)
         + kernel_text("lib/vector.cl")
         + kernel_text("lib/exp2.cl")
-        + kernel_text("lib/direction.cl")
         + geometry_text(variant.model)
         + (kernel_text("lib/pair.cl") if "pair" in variant.library else "")
         + kernel_text(f"models/{variant.model.name}.cl")
