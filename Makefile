@@ -46,15 +46,18 @@ clean:
 	$(BIN)/python -m pip install --quiet --upgrade pip
 
 .venv/installed: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable .
+	@mkdir -p build
+	$(BIN)/python -m pip install --editable '.[web]' >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
 	touch $@
 
 .venv/installed-dev: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@mkdir -p build
+	$(BIN)/python -m pip install --editable '.[dev]' >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
 	touch $@ .venv/installed
 
 .venv/installed-bench: pyproject.toml | .venv/bin/python
-	$(BIN)/python -m pip install --quiet --editable '.[peers]'
+	@mkdir -p build
+	$(BIN)/python -m pip install --editable '.[peers]' >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
 	touch $@
 
 # The mapped folders at their place inside the package, for the type checker and the import linter.

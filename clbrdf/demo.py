@@ -11,23 +11,25 @@ from clbrdf.fit import Fit, fit
 from clbrdf.progress import Report
 from clbrdf.rig.demo_scan import measure_demo_scan
 from clbrdf.scan import Scan
+from clbrdf.viz import demo_pictures
 from clbrdf.viz.curves import measured_and_model, save_figure, spectral_map
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of the demo: what it did, the file it left, wall seconds."""
+    """One stage of the demo: what it did, the files it left in the folder, wall seconds."""
 
     name: str
-    file: Path
+    files: str
     seconds: float
 
 
-def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage]]:
-    """Run the demo into a folder, which is made if it does not exist.
+def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage], list[str]]:
+    """Run the demo into a folder, which is made if it does not exist; return fit, stages, what is missing.
 
     An emulated rig measures yellow tin foil (Table 1 of the paper) over pseudo-terminals; the scan is fitted
-    with its own uncertainties as weights.
+    with its own uncertainties as weights. Where OpenGL or the web extra is missing, the pictures that need
+    it are left out, and a line says so.
 
     Raises
     ------
@@ -43,10 +45,10 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
     stages: list[Stage] = []
     began = time.perf_counter()
 
-    def done(name: str, file: str) -> None:
+    def done(name: str, files: str) -> None:
         nonlocal began
         now = time.perf_counter()
-        stages.append(Stage(name, folder / file, now - began))
+        stages.append(Stage(name, files, now - began))
         began = now
 
     scan = Scan.open(measure_demo_scan(folder / "scan.h5", report, overwrite))
@@ -58,4 +60,6 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
     done("draw measured against model (Figs. 9-11)", "curves.png")
     save_figure(spectral_map(result), folder / "spectrum.png", overwrite)
     done("draw BRDF over wavelength and angle (Fig. 5)", "spectrum.png")
-    return result, stages
+    files, missing = demo_pictures(result, folder, overwrite)
+    done("draw lobes, a page that turns, the report", ", ".join(file.name for file in files))
+    return result, stages, missing

@@ -1,9 +1,9 @@
 """OpenCL programs: sources joined in Python, built once per device and variant.
 
 The text of a program is: constants of the variant (precision, lanes, the model's parameter and feature
-names), vectors and exp2, the model, the library files a job asks for, the job. Nothing is left to the
-compiler's include path, which breaks on folders with a space; `#line` markers keep the file names in
-messages.
+names), vectors, exp2 and directions, the model, the library files a job asks for, the job. Nothing is
+left to the compiler's include path, which breaks on folders with a space; `#line` markers keep the file
+names in messages.
 """
 
 from __future__ import annotations
@@ -95,14 +95,14 @@ def constants_text(variant: Variant) -> str:
 
 
 def geometry_text(model: Model) -> str:
-    """Return the record of geometry features and the two ways to load it."""
+    """Return the record of a direction, that of geometry features, and the two ways to load the latter."""
     fields = ", ".join(model.feature_names)
     lanes = "\n".join(
         f"    x.{name} = LOAD(group, rows + {j} * n_padded);" for j, name in enumerate(model.feature_names)
     )
     same = "\n".join(f"    x.{name} = (realv)row[n * F + {j}];" for j, name in enumerate(model.feature_names))
     return (
-        f"typedef struct {{ realv {fields}; }} geometry;\n"
+        kernel_text("lib/direction.cl") + f"typedef struct {{ realv {fields}; }} geometry;\n"
         "inline geometry geometry_lanes(global const real *rows, ulong n_padded, size_t group) {\n"
         f"    geometry x;\n{lanes}\n    return x;\n}}\n"
         "inline geometry geometry_of(global const real *row, size_t n) {\n"

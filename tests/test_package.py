@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clbrdf.scans import make_scans, sample_scan
 
 from clbrdf import Scan
+from clbrdf.scans import make_scans, sample_scan
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -23,9 +23,9 @@ def test_every_package_is_shipped():
     assert PROJECT["tool"]["setuptools"]["package-dir"] == mapped
     there = set()
     for name, folder in mapped.items():
-        for init in (ROOT / folder).rglob("__init__.py"):
-            inner = init.parent.relative_to(ROOT / folder).parts
-            there.add(".".join([name, *inner]))
+        for path in (ROOT / folder).rglob("*"):
+            if path.name == "__init__.py" or path.suffix == ".cl":  # kernels stand in folders of their own
+                there.add(".".join([name, *path.parent.relative_to(ROOT / folder).parts]))
     assert listed == there
 
 

@@ -16,6 +16,8 @@ COMMANDS = {
     "import": "bring a measured file into a scan",
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
+    "view": "show lobes in a window, a file or a browser",
+    "report": "write a page of figures and tables of a fit",
     "evaluate": "print model values as a table",
     "measure": "run a measurement plan on the rig",
     "emulate": "run a rig of emulated instruments on pseudo-terminals",

@@ -51,6 +51,18 @@ inline realv model_gradient(const model_state *m, const geometry x, realv *gradi
     return lobe + m->diffuse;
 }
 
+// Features of a direction on the device, for meshes that follow a slider.
+inline geometry geometry_of_direction(const direction v) {
+    const realv floor_of_log = (realv)LOG2_OF_ZERO;
+    const realv cosines = v.cos_i * v.cos_r;
+    const realv one_minus_cos_gamma = v.sin2_gamma / ((realv)1 + sqrt((realv)1 - v.sin2_gamma));
+    geometry x;
+    x.cos_i = v.cos_i;
+    x.log2_v = max(log2(one_minus_cos_gamma), floor_of_log);
+    x.log2_s = max(log2(v.attenuation * (real)0.31830988618379067 / (cosines * cosines)), floor_of_log);
+    return x;
+}
+
 #ifdef CAREFUL
 // The same with the exponent in pairs; p holds a log2 e, b, c log2 e, d, log2 ks, kd / π.
 inline realv model_brdf_careful(const pair *p, const geometry x, const geometry rest) {

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-from clbrdf.scans import sample_scan
 
 from clbrdf import Scan
 from clbrdf.bench import accuracy
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.cli import main
 from clbrdf.precision import PRECISIONS
+from clbrdf.scans import sample_scan
 
 
 @pytest.fixture(autouse=True)

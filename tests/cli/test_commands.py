@@ -11,10 +11,10 @@ import sys
 import h5py
 import numpy as np
 import pytest
-from clbrdf.scans import sample_scan
 
 import clbrdf
 from clbrdf import Fit, Scan
+from clbrdf.scans import sample_scan
 
 FAST = ("--chains", 16, "--levels", 8)
 

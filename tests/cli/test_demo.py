@@ -12,8 +12,9 @@ def test_demo_leaves_scan_fit_and_pictures(run, tmp_path):
     status, out, err = run("demo", "-o", tmp_path / "demo")
     assert (status, err) == (0, "")
     left = {path.name for path in (tmp_path / "demo").iterdir()}
-    assert {"scan.h5", "fit.h5", "curves.png", "spectrum.png"} <= left
+    assert {"scan.h5", "fit.h5", "curves.png", "spectrum.png", "report.html"} <= left
     assert all(name in out for name in left)
+    assert {"lobes.png", "lobe.html"} <= left or "no lobes: " in out
     fit = Fit.open(tmp_path / "demo" / "fit.h5")
     assert fit.provenance["weights"] == "sigma"
     assert fit.scan.sigma is not None

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clbrdf.scans import sample_scan
 
 import clbrdf
 from clbrdf import Fit, InputError, Scan
 from clbrdf.fit import Settings
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.formats.columns import read_columns
+from clbrdf.scans import sample_scan
 from tests.reference import naive
 
 SHORT = Settings(chains=32, levels=15, starts=16)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clbrdf.viz.curves import measured_and_model, save_figure, signed_view_zenith, spectral_map
 
 import clbrdf
 from clbrdf import InputError, Scan
 from clbrdf.fit import Settings
+from clbrdf.viz.curves import measured_and_model, save_figure, signed_view_zenith, spectral_map
 
 
 @pytest.fixture

@@ -1,0 +1,41 @@
+"""`clbrdf report`: figures and tables of a fit on one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from clbrdf.cli.console import progress_bar, stderr_console
+from clbrdf.cli.options import DeviceName, Overwrite
+from clbrdf.device import choose_device
+from clbrdf.fit import Fit
+
+
+def command(
+    fit: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"], help="folder to write to")],
+    device: DeviceName = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write report.html, one page that needs nothing else, with the table and the lobes beside it.
+
+    Parameters
+    ----------
+    fit
+        fit file
+    """
+    from clbrdf.viz.report import write_report
+
+    result = Fit.open(fit)
+    chosen = choose_device(device)
+    with progress_bar("drawing the report") as report:
+        files, missing = write_report(result, output, overwrite, chosen, report)
+    told = stderr_console()
+    for file in files:
+        told.print(f"wrote {file}", soft_wrap=True)
+    if missing:
+        told.print(f"without lobes: {missing}", soft_wrap=True)

@@ -1,0 +1,195 @@
+"""`clbrdf view`: lobes in a window, a file or a browser."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from clbrdf.cli.console import progress_bar, stderr_console
+from clbrdf.cli.options import DeviceName, Overwrite, number_list
+from clbrdf.device import choose_device
+from clbrdf.errors import InputError
+from clbrdf.files import check_output
+
+if TYPE_CHECKING:
+    from clbrdf.viz.panel import Entry
+    from clbrdf.viz.subject import Subject
+
+Flag = Parameter(negative="")
+
+
+def command(
+    files: Annotated[list[Path], Parameter(negative_iterable="", consume_multiple=True)],
+    /,
+    *,
+    png: Path | None = None,
+    gif: Path | None = None,
+    mp4: Path | None = None,
+    html: Path | None = None,
+    serve: Annotated[bool, Flag] = False,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    wavelength: str | None = None,
+    theta_i: str | None = None,
+    radius: Literal["linear", "log", "cosine"] = "linear",
+    floor: float | None = None,
+    colour: Literal["value", "spectrum"] = "value",
+    points: bool = True,
+    overlay: Annotated[bool, Flag] = False,
+    difference: Annotated[bool, Flag] = False,
+    size: str = "1200x900",
+    transparent: Annotated[bool, Flag] = False,
+    sweep: Literal["wavelength", "theta-i"] = "wavelength",
+    frames: int | None = None,
+    device: DeviceName = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Show the BRDF over the hemisphere as lobes: the model of a fit, the measured values of a scan.
+
+    Several files, wavelengths or incident angles stand side by side with one scale, or lie over each
+    other with --overlay. Without --png, --gif, --mp4, --html or --serve a window opens.
+
+    Parameters
+    ----------
+    files
+        scan or fit files
+    png
+        write a picture
+    gif
+        write a sweep over wavelength or incident angle
+    mp4
+        the same as a film
+    html
+        write one page that turns in a browser, without a server
+    serve
+        show it in a browser, until Ctrl-C
+    host
+        where --serve listens; anything but this machine needs the token that is printed
+    port
+        port of --serve; 0 takes a free one
+    wavelength
+        nm, one or a list; the nearest measured ones are shown
+    theta_i
+        incident zenith in degrees, one or a list
+    radius
+        what the radius means: the BRDF, its logarithm, or BRDF times cosine
+    floor
+        1/sr at the foot of a logarithmic radius
+    colour
+        colour by value, or the colour of the spectrum in daylight
+    points
+        draw measured points with whiskers to the model
+    overlay
+        all lobes in one picture
+    difference
+        of two files first minus second; of one fit, measured minus model
+    size
+        width x height, pixels
+    transparent
+        leave the background of --png out
+    sweep
+        what --gif and --mp4 run through
+    frames
+        how many stops a sweep has
+    """
+    from clbrdf.viz import graphics
+
+    pixels = _size(size)
+    outputs = [path for path in (png, gif, mp4, html) if path is not None]
+    for path in outputs:
+        check_output(path, overwrite)
+    if transparent and png is None:
+        raise InputError("--transparent belongs to --png FILE; films and pages have a background")
+    if outputs or serve:
+        entries = _entries(files, wavelength, theta_i, difference)
+        graphics.require_off_screen()
+    else:
+        entries = _entries(files, wavelength, theta_i, difference)
+        graphics.require_screen()
+    from clbrdf.viz.scene import Scene
+    from clbrdf.viz.style import Look
+
+    look = Look(radius=radius, colour=colour, floor=floor, points=points)
+    chosen = choose_device(device) if any(e.subject.fit is not None for e in entries) else None
+    told = stderr_console()
+    if png is not None or gif is not None or mp4 is not None:
+        from clbrdf.viz import stills
+
+        scene = Scene(entries, look, size=pixels, overlay=overlay, device=chosen)
+        if png is not None:
+            stills.save_png(scene, png, transparent, overwrite)
+            told.print(f"wrote {png}")
+        for film, save in ((gif, stills.save_gif), (mp4, stills.save_mp4)):
+            if film is not None:
+                with progress_bar(f"drawing {film.name}") as report:
+                    stops = save(scene, film, sweep, frames, overwrite, report)
+                told.print(f"wrote {film}: {stops} stops")
+        scene.close()
+    if html is not None:
+        from clbrdf.viz.html import save_html
+
+        scene = Scene(
+            entries, look, size=pixels, overlay=overlay, words=False, flat_labels=True, device=chosen
+        )
+        save_html(scene, html, overwrite)
+        scene.close()
+        told.print(f"wrote {html}")
+    if serve:
+        from clbrdf.viz.serve import Page
+        from clbrdf.viz.window import controlled_scene
+
+        control = controlled_scene(entries, look, pixels, overlay=overlay, off_screen=True, device=chosen)
+        Page(control, host, port).run(lambda url: told.print(f"open {url}  (Ctrl-C ends)", soft_wrap=True))
+    elif not outputs:
+        from clbrdf.viz.window import Window, controlled_scene
+
+        Window(controlled_scene(entries, look, pixels, overlay=overlay, device=chosen)).show()
+
+
+def _size(text: str) -> tuple[int, int]:
+    words = text.casefold().split("x")
+    if len(words) != 2 or not all(word.strip().isdecimal() for word in words):
+        raise InputError(f"--size {text!r}: write width x height in pixels, as in --size 1200x900")
+    return int(words[0]), int(words[1])
+
+
+def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool) -> list[Entry]:
+    """Return what is shown: every file at every wavelength and incident angle asked for."""
+    from clbrdf.viz.panel import Entry, check_difference
+    from clbrdf.viz.subject import named_apart, open_subject
+
+    subjects = named_apart([open_subject(path) for path in files])
+    subjects, minus = _difference(subjects) if difference else (subjects, None)
+    first = subjects[0]
+    waves = [first.default_wavelength()]
+    if wavelength is not None:
+        waves = [float(w) for w in number_list("--wavelength", wavelength)]
+    angles = [first.default_incident()]
+    if theta_i is not None:
+        angles = [float(a) for a in number_list("--theta-i", theta_i)]
+    for value in waves:
+        for subject in subjects:
+            subject.check_wavelength(value)
+    for value in angles:
+        if not 0.0 <= value <= 89.0:
+            raise InputError(f"--theta-i {value:g}: incident angles that can be drawn lie between 0 and 89")
+        for subject in subjects:
+            subject.check_incident(value)
+    entries = [Entry(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
+    for entry in entries:
+        check_difference(entry)
+    return entries
+
+
+def _difference(subjects: list[Subject]) -> tuple[list[Subject], Subject]:
+    """Return what is shown and what is subtracted."""
+    if len(subjects) == 2 and subjects[0].fit is not None and subjects[1].fit is None:
+        return subjects[1:], subjects[0]  # measured minus model, as for one fit
+    if len(subjects) == 2:
+        return subjects[:1], subjects[1]
+    if len(subjects) == 1 and subjects[0].fit is not None:
+        return subjects, subjects[0]
+    raise InputError("--difference needs two files, or one fit (measured minus model)")

@@ -1,0 +1,121 @@
+"""Fits made by hand, and what pictures need of the machine."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from clbrdf import Fit, Scan
+from clbrdf.models import get_model
+from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.subject import Subject
+from tests.reference.naive import TIN_FOIL
+
+
+@pytest.fixture(scope="session")
+def gl() -> None:
+    """Some OpenGL; tests that draw are skipped where there is none."""
+    try:
+        require_off_screen()
+    except GraphicsError as error:
+        pytest.skip(str(error))
+
+
+def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged") -> Fit:
+    """Return a fit with given parameters, each a number or (W,)."""
+    model, w = get_model(), len(scan.wavelength)
+    values = {n: np.array(np.broadcast_to(np.asarray(parameters[n], float), w)) for n in model.names}
+    ones = np.ones(w)
+    return Fit(
+        scan=scan,
+        model=model,
+        parameters=values,
+        sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
+        objective=0.004 * ones,
+        relative_rms=0.06 * ones,
+        relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+        status=np.array([status] * w),
+        evaluations=np.ones(w, np.int64),
+        acceptance=0.4 * ones,
+        not_finite=np.zeros(w, np.int64),
+        weights=np.ones(scan.brdf.shape),
+        bounds=model.bounds(),
+        method="by hand",
+        device="none",
+        seed=0,
+        provenance={"weights": "none"},
+    )
+
+
+FOIL = dict(zip(get_model().names, TIN_FOIL, strict=True))
+
+
+@pytest.fixture
+def foil(small_scan) -> Subject:
+    """The tin foil of Table 1, scaled with the wavelength as the scan is."""
+    scale = np.array([0.9, 1.0, 1.1])
+    fit = fit_of(small_scan, {**FOIL, "ks": FOIL["ks"] * scale, "kd": FOIL["kd"] * scale})
+    return Subject("foil", fit.scan, fit, "fit.h5")
+
+
+@pytest.fixture
+def needle(small_scan) -> Subject:
+    """A lobe whose full width at half height is 0.1°: its γ there is 0.025°."""
+    v = 1.0 - np.cos(np.deg2rad(0.025))
+    parameters = {"a": 0.0, "b": 0.0, "c": np.log(0.5) / v**0.74, "d": 0.74, "ks": 1000.0, "kd": 0.01}
+    return Subject("needle", small_scan, fit_of(small_scan, parameters))
+
+
+@pytest.fixture
+def foil_file(foil, tmp_path):
+    """The foil's fit in a file."""
+    foil.fit.save(tmp_path / "fit.h5")
+    return tmp_path / "fit.h5"
+
+
+@pytest.fixture
+def hemisphere() -> Scan:
+    """A Lambertian and cosine lobe, measured all over the hemisphere at one wavelength, θi = 40°."""
+    theta, phi = (a.ravel() for a in np.meshgrid(np.arange(0.0, 81.0, 10.0), np.arange(0.0, 360.0, 20.0)))
+    values = 0.2 + 0.5 * np.cos(np.deg2rad(theta))
+    return Scan([40.0], [0.0], theta, phi, [650.0], values[:, None], sample="plaster")
+
+
+def all_masked(scan: Scan, column: int | None = None) -> Scan:
+    """Return the scan with everything flagged, or everything at one wavelength."""
+    flags = np.array(scan.flags)
+    flags[:, slice(None) if column is None else column] |= np.uint32(1)
+    return replace(scan, flags=flags)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A headless Chromium; tests that look through one are skipped where it is missing."""
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    driver = shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        pytest.skip("no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)")
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    folder = tempfile.mkdtemp(prefix="clbrdf-chromium-")
+    for word in (
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--enable-unsafe-swiftshader",
+        "--disable-background-networking",
+        "--disable-dev-shm-usage",
+        "--window-size=1000,800",
+        f"--user-data-dir={folder}",
+    ):
+        options.add_argument(word)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driven = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield driven
+    driven.quit()
+    shutil.rmtree(folder, ignore_errors=True)

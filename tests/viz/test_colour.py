@@ -1,0 +1,83 @@
+"""Colours against the CIE tables and known surfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from clbrdf import InputError
+from clbrdf.viz.colour import chromatic_rgb, colour_weights, matching_functions
+
+# CIE 1931 2° colour matching functions (CIE 018:2019, table 6; Wyszecki and Stiles, table I(3.3.1)).
+CIE_1931 = np.array(
+    [
+        (400, 0.0143, 0.0004, 0.0679),
+        (420, 0.1344, 0.0040, 0.6456),
+        (440, 0.3483, 0.0230, 1.7471),
+        (450, 0.3362, 0.0380, 1.7721),
+        (460, 0.2908, 0.0600, 1.6692),
+        (480, 0.0956, 0.1390, 0.8130),
+        (500, 0.0049, 0.3230, 0.2720),
+        (520, 0.0633, 0.7100, 0.0782),
+        (540, 0.2904, 0.9540, 0.0203),
+        (555, 0.5121, 1.0000, 0.0057),
+        (560, 0.5945, 0.9950, 0.0039),
+        (580, 0.9163, 0.8700, 0.0017),
+        (600, 1.0622, 0.6310, 0.0008),
+        (620, 0.8544, 0.3810, 0.0002),
+        (640, 0.4479, 0.1750, 0.0000),
+        (660, 0.1649, 0.0610, 0.0000),
+        (680, 0.0468, 0.0170, 0.0000),
+        (700, 0.0114, 0.0041, 0.0000),
+    ]
+)
+GRID = np.arange(380.0, 781.0, 10.0)
+
+
+def test_matching_functions_keep_the_bounds_they_state():
+    away = np.abs(matching_functions(CIE_1931[:, 0]) - CIE_1931[:, 1:].T).max(axis=1)
+    assert (away <= [0.011, 0.008, 0.013]).all(), away
+
+
+def test_a_flat_spectrum_is_white():
+    xyz = colour_weights(GRID) @ np.ones(len(GRID))
+    # CIE 15:2004: D65 has x = 0.3127, y = 0.3290.
+    np.testing.assert_allclose(xyz[:2] / xyz.sum(), [0.3127, 0.3290], atol=0.002)
+    assert xyz[1] == pytest.approx(1.0, abs=1e-12)
+    assert chromatic_rgb(xyz).min() >= 252
+
+
+def test_few_wavelengths_do_as_well_for_a_smooth_spectrum():
+    coarse = np.array([420.0, 470.0, 520.0, 570.0, 620.0, 670.0])
+    slope = np.interp(GRID, [380, 780], [0.2, 1.0])
+    fine = colour_weights(GRID) @ slope
+    few = colour_weights(coarse) @ np.interp(coarse, GRID, slope)
+    np.testing.assert_allclose(few, fine, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "order"),
+    [
+        (np.where(GRID > 600, 1.0, 0.05), (0, 1, 2)),  # red
+        (np.where((GRID > 500) & (GRID < 570), 1.0, 0.05), (1, 0, 2)),  # green
+        (np.where(GRID < 490, 1.0, 0.05), (2, 1, 0)),  # blue
+    ],
+)
+def test_surfaces_have_their_colour(spectrum, order):
+    rgb = chromatic_rgb(colour_weights(GRID) @ spectrum).astype(int)
+    assert rgb[order[0]] == 255
+    assert rgb[order[0]] > rgb[list(order[1:])].max() + 40
+
+
+def test_brightness_is_left_out_and_black_is_white():
+    xyz = colour_weights(GRID) @ np.linspace(0.1, 0.9, len(GRID))
+    np.testing.assert_array_equal(chromatic_rgb(xyz), chromatic_rgb(1e-6 * xyz))
+    np.testing.assert_array_equal(chromatic_rgb(np.zeros(3)), [255, 255, 255])
+
+
+@pytest.mark.parametrize(
+    "waves", [[650.0], [450.0, 650.0], [450.0, 550.0, 700.0], [500.0, 550.0, 600.0, 650.0]]
+)
+def test_too_little_of_a_spectrum(waves):
+    with pytest.raises(InputError, match="a colour needs a spectrum from 460 to 620 nm"):
+        colour_weights(np.array(waves))

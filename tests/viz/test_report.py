@@ -1,0 +1,153 @@
+"""The report: complete in itself, honest about warnings, and whole where something is missing."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from clbrdf import InputError, Scan
+from clbrdf.viz import demo_pictures, graphics, report, write_report
+from clbrdf.viz.curves import measured_and_model, spectral_map
+from clbrdf.viz.report import _figure
+from clbrdf.viz.report_words import warning_lines
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra
+from tests.viz.conftest import FOIL, all_masked, fit_of
+
+
+def without_graphics(monkeypatch):
+    monkeypatch.setattr(graphics, "_trial", lambda kind, off_screen: "")
+    graphics.off_screen_kind.cache_clear()
+    graphics._screen_answers.cache_clear()
+
+
+@pytest.fixture
+def no_gl(monkeypatch):
+    without_graphics(monkeypatch)
+    yield
+    graphics.off_screen_kind.cache_clear()
+    graphics._screen_answers.cache_clear()
+
+
+@pytest.fixture(scope="session")
+def pictures(gl, tmp_path_factory):
+    """The demo's pictures of the tin foil of Table 1: the report among them."""
+    theta_r = np.tile(np.linspace(0.0, 75.0, 16), 3)
+    scan = Scan(
+        np.repeat([30.0, 45.0, 60.0], 16), 0.0, theta_r, 180.0, [450.0, 550.0, 650.0], np.ones((48, 3))
+    )
+    folder = tmp_path_factory.mktemp("demo") / "pictures"
+    fit, told = fit_of(scan, FOIL), []
+    files, missing = demo_pictures(fit, folder, report=lambda k, n: told.append((k, n)))
+    assert told[-1][0] == told[-1][1]
+    return fit, folder, files, missing
+
+
+def test_everything_is_on_one_page(pictures):
+    fit, folder, files, _ = pictures
+    assert [f.name for f in files[:4]] == ["report.html", "parameters.csv", "lobes.png", "lobes_log.png"]
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    for words in (
+        "Measured and model",
+        "Parameters over wavelength",
+        "Quality of the fit",
+        "Lobes",
+        "Provenance",
+    ):
+        assert f"<h2>{words}</h2>" in text
+    assert text.count("<img ") == 6
+    sources = re.findall(r"src=\"([^\"]{12})", text)
+    assert all(source.startswith("data:image/") for source in sources)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", text)
+    with pytest.raises(InputError, match=r"report\.html: exists already"):
+        write_report(fit, folder)
+
+
+def test_the_table_holds_the_parameters(pictures):
+    fit, folder, _, _ = pictures
+    with open(folder / "parameters.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["wavelength_nm"]) for row in rows] == [450.0, 550.0, 650.0]
+    np.testing.assert_allclose([float(r["ks"]) for r in rows], fit.parameters["ks"])
+    assert rows[0]["status"] == "converged"
+    assert float(rows[0]["sigma_r_45deg_percent"]) == pytest.approx(6.0)
+
+
+def test_the_demo_leaves_a_page_that_turns(pictures):
+    pytest.importorskip("trame_vtk", reason="trame-vtk is not installed (extra 'web')")
+    _, _, files, missing = pictures
+    assert missing == []
+    assert files[-1].name == "lobe.html"
+    assert files[-1].is_file()
+
+
+def test_figures_show_the_fit(foil):
+    figure = parameter_spectra(foil.fit)
+    lines = {axes.get_ylabel(): axes.get_lines()[0].get_ydata() for axes in figure.axes}
+    assert set(lines) == set(FOIL)
+    np.testing.assert_array_equal(lines["ks"], foil.fit.parameters["ks"])
+    figure = quality_spectra(foil.fit)
+    left, right = figure.axes
+    np.testing.assert_array_equal(left.get_lines()[0].get_ydata(), foil.fit.objective)
+    assert len(right.get_lines()) == 3
+    np.testing.assert_allclose(right.get_lines()[0].get_ydata(), 6.0)
+
+
+def test_unknown_uncertainties_are_marked(foil):
+    sigma = {n: np.array(v) for n, v in foil.fit.sigma.items()}
+    sigma["kd"][1] = np.inf
+    figure = parameter_spectra(replace(foil.fit, sigma=sigma))
+    axes = next(a for a in figure.axes if a.get_ylabel() == "kd")
+    assert any(len(line.get_xdata()) == 1 and line.get_xdata()[0] == 550.0 for line in axes.get_lines())
+
+
+def test_warnings(foil, small_scan):
+    assert warning_lines(foil.fit) == []
+    fit = fit_of(all_masked(small_scan, 1), FOIL)
+    fit = replace(fit, status=np.array(["ambiguous", "no data", "converged"]), not_finite=np.array([3, 0, 4]))
+    lines = "\n".join(warning_lines(fit))
+    for words in (
+        "no data at 550 nm",
+        "ambiguous at 450 nm",
+        "48 values (33.3 %) are masked as not measured",
+        "7 evaluations of the search were not finite",
+    ):
+        assert words in lines
+
+
+@pytest.mark.parametrize("case", ["one direction", "unfitted"])
+def test_poor_fits_still_give_a_report(gl, small_scan, case, tmp_path):
+    if case == "one direction":
+        fit = fit_of(Scan([45.0], 0.0, [45.0], 180.0, [450.0, 550.0], [[0.5, 0.6]]), FOIL)
+    else:
+        fit = fit_of(all_masked(small_scan, 0), {n: [np.nan, v, v] for n, v in FOIL.items()})
+        fit = replace(fit, objective=np.array([np.nan, 0.1, 0.1]))
+    files, missing = write_report(fit, tmp_path)
+    assert missing == ""
+    assert files[2].stat().st_size > 10_000
+
+
+def test_a_figure_that_cannot_be_drawn_says_why(small_scan):
+    turned = replace(small_scan, phi_r=np.full(48, 90.0), theta_r=small_scan.theta_r + 5.0)
+    for draw in (measured_and_model, spectral_map):
+        text = _figure(lambda draw=draw: draw(fit_of(turned, FOIL)), "svg", "")
+        assert text.startswith("<p>Not drawn: ")
+        assert "plane of incidence" in text
+
+
+def test_without_graphics_the_report_says_so_and_goes_on(no_gl, foil, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "_figures", lambda fit: [])  # they need no OpenGL, and time
+    files, lines = demo_pictures(foil.fit, tmp_path)
+    assert len(lines) == 1
+    assert lines[0].startswith("no lobes: no OpenGL library works here")
+    assert [f.name for f in files] == ["report.html", "parameters.csv"]
+    assert "Not drawn: no OpenGL" in files[0].read_text(encoding="utf-8")
+
+
+def test_a_folder_that_cannot_be_made(foil, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be made"):
+        write_report(foil.fit, tmp_path / "file" / "r")

@@ -1,0 +1,93 @@
+"""Model values on a lobe mesh, with everything that can stay on the device staying there."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.device import Device, choose_device, open_queue
+from clbrdf.models import Model
+from clbrdf.precision import Precision, get_precision
+from clbrdf.program import Variant, build, upload
+from clbrdf.viz.mesh import LobeMesh
+
+Array = npt.NDArray[np.float64]
+Single = npt.NDArray[np.float32]
+
+
+class MeshEvaluator:
+    """Evaluates one model on the points of one mesh for an incident zenith that moves.
+
+    A new wavelength costs one launch; a new incident zenith also makes and uploads the view vectors.
+
+    Parameters
+    ----------
+    model : Model
+    mesh : LobeMesh
+    device : Device, optional
+        The preferred one if not given.
+    precision : Precision, optional
+        Double where the device has it, at little cost here, else "fast:5". Either way directions are in
+        single precision.
+    """
+
+    def __init__(
+        self, model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision | None = None
+    ) -> None:
+        import pyopencl as cl
+
+        self.mesh = mesh
+        self.device = device or choose_device()
+        chosen = precision or get_precision("double" if self.device.has_double else "fast:5")
+        variant = Variant.on(self.device, "mesh", model, chosen)
+        self._dtype = chosen.dtype
+        self._kernel = cl.Kernel(build(self.device, variant), "mesh")
+        count = int(np.prod(mesh.half_shape))
+        self._groups = -(-count // variant.lanes.width)
+        self._padded = self._groups * variant.lanes.width
+        self._rows = np.full((4, self._padded), 0.5, dtype=self._dtype)
+        self._values = np.empty(self._padded, dtype=self._dtype)
+        context = open_queue(self.device).context
+        self._views_buffer = cl.Buffer(context, cl.mem_flags.READ_ONLY, self._rows.nbytes)
+        self._out_buffer = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, self._values.nbytes)
+        self.theta_i = float("nan")
+        self.views: Single = np.empty((4, *mesh.half_shape), dtype=np.float32)
+
+    def move(self, theta_i: float) -> None:
+        """Set the incident zenith, degrees.
+
+        Raises
+        ------
+        InputError
+            It lies beyond the mesh.
+        """
+        import pyopencl as cl
+
+        if theta_i == self.theta_i:
+            return
+        self.views = self.mesh.views(theta_i)
+        self._rows[:, : self.views[0].size] = self.views.reshape(4, -1)
+        cl.enqueue_copy(open_queue(self.device), self._views_buffer, self._rows)
+        self.theta_i = theta_i
+
+    def values(self, parameters: Array) -> Single:
+        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+        import pyopencl as cl
+
+        queue = open_queue(self.device)
+        angle = np.deg2rad(self.theta_i)
+        self._kernel(
+            queue,
+            (self._groups,),
+            None,
+            self._views_buffer,
+            np.uint64(self._padded),
+            self._dtype(np.cos(angle)),
+            self._dtype(np.sin(angle)),
+            upload(self.device, parameters, self._dtype),
+            self._out_buffer,
+        )
+        cl.enqueue_copy(queue, self._values, self._out_buffer)
+        shape = self.mesh.half_shape
+        with np.errstate(over="ignore"):  # too large to draw becomes infinite, and the picture says so
+            return self._values[: shape[0] * shape[1]].reshape(shape).astype(np.float32)

@@ -1,0 +1,232 @@
+"""A fit on one page: the paper's figures, tables, lobes, warnings and provenance, in one HTML file."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clbrdf.device import Device
+from clbrdf.errors import ClbrdfError, InputError
+from clbrdf.files import check_output, whole_file, whole_text
+from clbrdf.fit.result import Fit
+from clbrdf.progress import Report, silent
+from clbrdf.viz.curves import measured_and_model, spectral_map
+from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STYLE = """
+ body { font: 15px/1.5 system-ui, sans-serif; color: #111; max-width: 1100px;
+        margin: 2em auto; padding: 0 1em; }
+ h1 { font-size: 24px; } h2 { font-size: 18px; margin-top: 2em; border-bottom: 1px solid #ccc; }
+ img { max-width: 100%; height: auto; } figure { margin: 1em 0; } figcaption { color: #444; font-size: 14px; }
+ table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
+ td, th { padding: 2px 10px; text-align: right; border-bottom: 1px solid #e4e4e4; }
+ th { border-bottom: 1px solid #888; } .words td, .words th { text-align: left; }
+ .long { max-height: 420px; overflow: auto; } .warning { border-left: 4px solid #d55e00; padding-left: .8em; }
+ @media print { .long { max-height: none; overflow: visible; } h2 { break-after: avoid; } }
+"""
+
+FILES = ("report.html", "parameters.csv", "lobes.png", "lobes_log.png")
+LOBE_PANELS = 4
+
+
+def write_report(
+    fit: Fit,
+    folder: str | Path,
+    overwrite: bool = False,
+    device: Device | None = None,
+    report: Report = silent,
+) -> tuple[list[Path], str]:
+    """Write the page and its parts into a folder, which is made if it does not exist.
+
+    Parameters
+    ----------
+    fit : Fit
+    folder : path
+    overwrite : bool
+        Whether files of an earlier report are replaced.
+    device : Device, optional
+        Evaluates the lobes.
+    report : callable
+        Called with (steps done, steps in all).
+
+    Returns
+    -------
+    (list of Path, str)
+        The files, and in one line why there are no lobes, "" if there are.
+
+    Raises
+    ------
+    InputError
+        A file exists and `overwrite` is False, or the folder cannot be made.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{target}: cannot be made ({error.strerror}); name another with -o") from error
+    for name in FILES:
+        check_output(target / name, overwrite)
+    figures = _figures(fit)
+    steps = len(figures) + 2
+    sections = []
+    for k, (title, caption, draw, kind) in enumerate(figures):
+        sections.append(_section(title, _figure(draw, kind, caption)))
+        report(k + 1, steps)
+    pictures, missing = _lobes(fit, device)
+    report(len(figures) + 1, steps)
+    if missing:
+        sections.append(_section("Lobes", f'<p class="warning">Not drawn: {escape(missing)}</p>'))
+    else:
+        shown = [_image(data, "image/png", words) for data, words in pictures]
+        sections.append(_section("Lobes", "\n".join(shown)))
+    names, rows = fit_table(fit)
+    sections.append(_section("Table of the fit", f'<div class="long">{_table(names, rows)}</div>'))
+    sections.append(_section("Provenance", _pairs(provenance_rows(fit))))
+    written = []
+    for (data, _), name in zip(pictures, FILES[2:], strict=False):
+        with whole_file(target / name, overwrite) as part:
+            part.write_bytes(data)
+        written.append(target / name)
+    lines = [",".join(names), *(",".join(_cell(v, 10) for v in row) for row in rows)]
+    csv = "\n".join(lines) + "\n"
+    whole_text(target / "parameters.csv", csv, overwrite)
+    whole_text(target / "report.html", _page(fit, sections), overwrite)
+    report(steps, steps)
+    return [target / "report.html", target / "parameters.csv", *written], missing
+
+
+Figures = list[tuple[str, str, Callable[[], "Figure"], str]]
+
+
+def _figures(fit: Fit) -> Figures:
+    """Title, caption, how it is drawn, and the kind of file of every flat figure."""
+    return [
+        (
+            "Measured and model",
+            "Points: measured; lines: model; below: deviation (Figs. 9–11).",
+            lambda: measured_and_model(fit),
+            "svg",
+        ),
+        (
+            "BRDF over wavelength and view angle",
+            "Measured above, model below (Fig. 5).",
+            lambda: spectral_map(fit),
+            "png",
+        ),
+        (
+            "Parameters over wavelength",
+            "Bands: 1σ. Open marks: uncertainty unknown, at a bound or not determined by the data. Crosses:"
+            " not converged.",
+            lambda: parameter_spectra(fit),
+            "svg",
+        ),
+        (
+            "Quality of the fit",
+            "E of (13) with the weights used; σr of (14) for each incident zenith (Table 2).",
+            lambda: quality_spectra(fit),
+            "svg",
+        ),
+    ]
+
+
+def _page(fit: Fit, sections: list[str]) -> str:
+    name = escape(fit.scan.sample or "a sample")
+    warnings = "".join(f'<p class="warning">{escape(line)}</p>' for line in warning_lines(fit))
+    head = _section("Warnings", warnings or "<p>None: every wavelength converged, nothing is masked.</p>")
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}: BRDF fit</title>'
+        f'<link rel="icon" href="data:,"><style>{STYLE}</style></head>\n<body><h1>{name}: BRDF fit</h1>\n'
+        + "\n".join([_pairs(summary_rows(fit)), head, *sections])
+        + "\n</body></html>\n"
+    )
+
+
+def _section(title: str, content: str) -> str:
+    return f"<h2>{escape(title)}</h2>\n{content}"
+
+
+def _pairs(rows: list[tuple[str, str]]) -> str:
+    lines = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows)
+    return f'<table class="words">{lines}</table>'
+
+
+def _cell(value: float | str, digits: int) -> str:
+    """Return a number in few characters, "" where it is not finite."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.{digits}g}" if np.isfinite(value) else ""
+
+
+def _table(names: list[str], rows: list[list[float | str]]) -> str:
+    head = "".join(f"<th>{escape(name)}</th>" for name in names)
+    cells = ((escape(_cell(v, 5)) or "–" for v in row) for row in rows)
+    body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in cells)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _figure(draw: Callable[[], Figure], kind: str, caption: str) -> str:
+    try:
+        figure = draw()
+    except InputError as error:
+        return f"<p>Not drawn: {escape(str(error))}.</p>"
+    out = io.BytesIO()
+    figure.savefig(out, format=kind, dpi=130)
+    return _image(out.getvalue(), "image/svg+xml" if kind == "svg" else "image/png", caption)
+
+
+def _image(data: bytes, kind: str, caption: str) -> str:
+    text = base64.b64encode(data).decode("ascii")
+    words = escape(caption)
+    image = f'<img src="data:{kind};base64,{text}" alt="{words}">'
+    return f"<figure>{image}<figcaption>{words}</figcaption></figure>"
+
+
+def _lobes(fit: Fit, device: Device | None) -> tuple[list[tuple[bytes, str]], str]:
+    """Return PNGs with their captions, and why there are none."""
+    try:
+        require_off_screen()
+        return lobe_pictures(fit, device), ""
+    except GraphicsError as error:
+        return [], str(error)
+    except ClbrdfError as error:
+        return [], str(error)
+
+
+def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, str]]:
+    """Draw the lobes of up to four incident angles, linear and logarithmic, as PNGs with captions."""
+    from PIL import Image
+
+    from clbrdf.viz.panel import Entry
+    from clbrdf.viz.scene import Scene
+    from clbrdf.viz.stills import pixels
+    from clbrdf.viz.style import Look
+    from clbrdf.viz.subject import Subject
+
+    subject = Subject(fit.scan.sample or "a sample", fit.scan, fit)
+    angles = fit.scan.incident_angles
+    chosen = angles[np.unique(np.linspace(0, len(angles) - 1, LOBE_PANELS).round().astype(int))]
+    wavelength = subject.default_wavelength()
+    entries = [Entry(subject, wavelength, float(a)) for a in chosen]
+    out = []
+    looks = (
+        (Look(radius="linear"), "The radius is the BRDF."),
+        (Look(radius="log"), "The radius is its logarithm."),
+    )
+    for look, words in looks:
+        scene = Scene(entries, look, device=device)
+        data = io.BytesIO()
+        Image.fromarray(pixels(scene)).save(data, format="PNG")
+        scene.close()
+        out.append((data.getvalue(), f"Lobes at {wavelength:g} nm, one scale. {words}"))
+    return out

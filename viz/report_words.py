@@ -1,0 +1,94 @@
+"""What a report says in words: summary, warnings and provenance of a fit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clbrdf.fit.result import Fit
+
+Rows = list[tuple[str, str]]
+
+
+def summary_rows(fit: Fit) -> Rows:
+    """Return what was fitted, how, and how well."""
+    scan = fit.scan
+    w = fit.wavelength
+    good = fit.objective[np.isfinite(fit.objective)]
+    sigma = 100.0 * fit.relative_rms[np.isfinite(fit.relative_rms)]
+    angles = ", ".join(f"{a:g}" for a in scan.incident_angles)
+    span = f"{w[0]:g} nm" if len(w) == 1 else f"{len(w)} from {w[0]:g} to {w[-1]:g} nm"
+    rows = [
+        ("sample", scan.sample or "not named"),
+        ("instrument", scan.instrument or "not named"),
+        ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
+        ("wavelengths", span),
+        ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
+        ("method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', 'not recorded')}"),
+        ("device", fit.device),
+    ]
+    if good.size:
+        rows.append(("E (13)", f"median {np.median(good):.4g}, from {good.min():.4g} to {good.max():.4g}"))
+    if sigma.size:
+        rows.append(
+            ("σr (14)", f"median {np.median(sigma):.3g} %, from {sigma.min():.3g} to {sigma.max():.3g} %")
+        )
+    return rows
+
+
+def warning_lines(fit: Fit) -> list[str]:
+    """Return what a reader has to know before trusting the numbers; empty if nothing."""
+    lines = []
+    for status in ("no data", "not converged", "ambiguous", "at bound"):
+        here = fit.wavelength[fit.status == status]
+        if len(here):
+            lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
+    for name, count in fit.scan.flag_counts().items():
+        share = 100.0 * count / fit.scan.brdf.size
+        lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")
+    if int(fit.not_finite.sum()):
+        lines.append(
+            f"{int(fit.not_finite.sum())} evaluations of the search were not finite and were refused"
+        )
+    repeated = fit.scan.repeated_directions()
+    if repeated:
+        lines.append(f"{repeated} directions are repeats of earlier ones; all were fitted")
+    return lines
+
+
+def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
+    """Return names and rows of the paper's Tables 1 and 2: every wavelength, σr in percent, with 1σ."""
+    angles = fit.scan.incident_angles
+    names = ["wavelength_nm"]
+    for name in fit.model.names:
+        names += [name, f"{name}_sigma"]
+    names += ["E", *(f"sigma_r_{a:g}deg_percent" for a in angles), "status"]
+    rows: list[list[float | str]] = []
+    for k, wavelength in enumerate(fit.wavelength):
+        row: list[float | str] = [float(wavelength)]
+        for name in fit.model.names:
+            row += [float(fit.parameters[name][k]), float(fit.sigma[name][k])]
+        row.append(float(fit.objective[k]))
+        row += [100.0 * float(v) for v in fit.relative_rms_by_incident_angle[:, k]]
+        rows.append([*row, str(fit.status[k])])
+    return names, rows
+
+
+MEANING = {
+    "no data": "every value is masked, there is no fit",
+    "not converged": "the polish ran out of iterations; use these parameters with care",
+    "ambiguous": "other parameters fit as well; single parameters mean little there, the BRDF does",
+    "at bound": "at least one parameter stands at its limit and has no uncertainty",
+}
+
+
+def _listed(wavelengths: np.ndarray) -> str:
+    """Name few wavelengths, count many."""
+    if len(wavelengths) <= 8:
+        return ", ".join(f"{w:g}" for w in wavelengths) + " nm"
+    return f"{len(wavelengths)} wavelengths from {wavelengths[0]:g} to {wavelengths[-1]:g} nm"
+
+
+def provenance_rows(fit: Fit) -> Rows:
+    """Return who made the fit and the scan, in their own words."""
+    rows = [(f"fit: {key}", value) for key, value in fit.provenance.items()]
+    return rows + [(f"scan: {key}", value) for key, value in fit.scan.provenance.items()]

@@ -1,0 +1,201 @@
+"""Pictures in files: PNG stills, GIF and MP4 sweeps over wavelength or incident angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+from clbrdf.files import check_output, whole_file
+from clbrdf.progress import Report, silent
+from clbrdf.viz.scene import Scene
+
+Pixels = npt.NDArray[np.uint8]
+Sweep = Literal["wavelength", "theta-i"]
+
+FRAMES_A_SECOND = 12
+MOST_FRAMES = 1000
+
+
+def pixels(scene: Scene, transparent: bool = False) -> Pixels:
+    """Draw a scene; rows × columns × 3 (red, green, blue) or 4 (and opacity), 8 bits."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+    window = scene.plotter.render_window
+    scene.ground.SetBackgroundAlpha(0.0 if transparent else 1.0)
+    window.SetAlphaBitPlanes(1)
+    window.Render()
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.SetInputBufferType(4 if transparent else 3)
+    grab.ReadFrontBufferOff()
+    grab.ShouldRerenderOff()
+    grab.Update()
+    image = grab.GetOutput()
+    width, height, _ = image.GetDimensions()
+    flat = vtk_to_numpy(image.GetPointData().GetScalars())
+    return np.asarray(flat.reshape(height, width, -1)[::-1], dtype=np.uint8)
+
+
+def save_png(scene: Scene, path: str | Path, transparent: bool = False, overwrite: bool = False) -> None:
+    """Write a PNG, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file exists and `overwrite` is False, or cannot be written.
+    """
+    from PIL import Image
+
+    with whole_file(path, overwrite) as part:
+        Image.fromarray(pixels(scene, transparent)).save(part, format="PNG")
+
+
+def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[float]:
+    """Return where a sweep stops: measured wavelengths (nm), or incident zeniths (degrees) over the measured.
+
+    Raises
+    ------
+    InputError
+        Nothing to sweep over, or a number of frames out of range.
+    """
+    if frames is not None and not 2 <= frames <= MOST_FRAMES:
+        raise InputError(f"--frames {frames}: a sweep has 2 to {MOST_FRAMES} frames")
+    subject = scene.panels[0].entries[0].subject
+    if sweep == "wavelength":
+        stops = subject.wavelength
+        if len(stops) < 2:
+            raise InputError(
+                f"{subject.name} has one wavelength, {stops[0]:g} nm; sweep over angles: --sweep theta-i"
+            )
+        if frames is not None and frames < len(stops):
+            stops = stops[np.linspace(0, len(stops) - 1, frames).round().astype(int)]
+        return [float(w) for w in stops]
+    angles = subject.scan.incident_angles
+    if len(angles) < 2:
+        raise InputError(f"{subject.name} has one incident angle, {angles[0]:g}°; sweep the wavelength")
+    if subject.fit is None:
+        return [float(a) for a in angles]
+    count = frames or int(min(max(angles[-1] - angles[0] + 1, 2), 61))
+    return [round(float(a), 2) for a in np.linspace(angles[0], angles[-1], count)]
+
+
+def hold_over(scene: Scene, sweep: Sweep, stops: Sequence[float]) -> None:
+    """Hold one scale that fits every frame of a sweep, so that frames compare."""
+    scales = []
+    for stop in stops:
+        go(scene, sweep, stop)
+        scales.append(scene.scale)
+    from clbrdf.viz.radius import joined
+
+    scene.held = joined(scales)
+
+
+def go(scene: Scene, sweep: Sweep, stop: float) -> None:
+    """Show one stop of a sweep."""
+    if sweep == "wavelength":
+        scene.set(wavelength=stop)
+    else:
+        scene.set(theta_i=stop)
+
+
+def frames_of(scene: Scene, sweep: Sweep, stops: Sequence[float], report: Report) -> Iterator[Pixels]:
+    """Draw every stop of a sweep with one scale."""
+    hold_over(scene, sweep, stops)
+    for k, stop in enumerate(stops):
+        go(scene, sweep, stop)
+        yield pixels(scene)
+        report(k + 1, len(stops))
+
+
+def save_gif(
+    scene: Scene,
+    path: str | Path,
+    sweep: Sweep,
+    frames: int | None = None,
+    overwrite: bool = False,
+    report: Report = silent,
+) -> int:
+    """Write an endless GIF of a sweep, there and back, whole or not at all; return the number of stops.
+
+    Raises
+    ------
+    InputError
+        As `sweep_stops`, or the file cannot be written.
+    """
+    from PIL import Image
+
+    stops = sweep_stops(scene, sweep, frames)
+    with whole_file(path, overwrite) as part:
+        # One palette for all frames, so that colours keep their meaning.
+        pictures = [Image.fromarray(p) for p in frames_of(scene, sweep, stops, report)]
+        palette = pictures[len(pictures) // 2].quantize(256, dither=Image.Dither.NONE)
+        flat = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+        flat += flat[-2:0:-1]
+        flat[0].save(
+            part,
+            format="GIF",
+            save_all=True,
+            append_images=flat[1:],
+            duration=round(1000 / FRAMES_A_SECOND),
+            loop=0,
+        )
+    return len(stops)
+
+
+def save_mp4(
+    scene: Scene,
+    path: str | Path,
+    sweep: Sweep,
+    frames: int | None = None,
+    overwrite: bool = False,
+    report: Report = silent,
+) -> int:
+    """Write an H.264 film of a sweep, whole or not at all; return the number of stops.
+
+    Raises
+    ------
+    InputError
+        The encoder (imageio-ffmpeg) is not installed, sides of odd length, or as `sweep_stops`.
+    """
+    writer_of = _encoder()
+    if scene.size[0] % 2 or scene.size[1] % 2:
+        raise InputError(f"size {scene.size[0]}x{scene.size[1]}: films need sides of even length")
+    stops = sweep_stops(scene, sweep, frames)
+    target = check_output(path, overwrite)
+    with whole_file(target, overwrite) as part:
+        film = part.with_suffix(".mp4")  # the encoder goes by the name's end
+        try:
+            writer = writer_of(
+                str(film),
+                scene.size,
+                fps=FRAMES_A_SECOND,
+                macro_block_size=2,
+                quality=8,
+                ffmpeg_log_level="error",
+            )
+            writer.send(None)
+            try:
+                for picture in frames_of(scene, sweep, stops, report):
+                    writer.send(np.ascontiguousarray(picture))
+            finally:
+                writer.close()
+            film.replace(part)
+        finally:
+            film.unlink(missing_ok=True)
+    return len(stops)
+
+
+def _encoder() -> Any:
+    try:
+        from imageio_ffmpeg import write_frames
+    except ImportError:
+        raise InputError(
+            "films need the encoder: pip install 'clbrdf[film]'; or write a GIF with --gif FILE"
+        ) from None
+    return write_frames

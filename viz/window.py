@@ -1,0 +1,159 @@
+"""The interactive window: a scene with sliders, keys, clicks and the linked cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from clbrdf.device import Device
+from clbrdf.viz.control import Control
+from clbrdf.viz.cut import Cut
+from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
+from clbrdf.viz.panel import Entry
+from clbrdf.viz.scene import MOVING_SAMPLES, Scene
+from clbrdf.viz.style import Look
+
+PANEL_AREA = (0.0, 0.16, 0.60, 0.89)
+CUT_AREA = (0.585, 0.15, 0.882, 0.80)
+
+KEYS = "keys: l radius, c colour, m measured points, h hold the scale, i first view, q quit; click a point"
+CLICK_REACH = 4.0
+"""Pixels the mouse may move between press and release of a click."""
+
+
+def controlled_scene(
+    entries: Sequence[Entry],
+    look: Look,
+    size: tuple[int, int],
+    *,
+    overlay: bool = False,
+    off_screen: bool = False,
+    device: Device | None = None,
+) -> Control:
+    """Return a scene with the linked cut beside it, and its control."""
+    scene = Scene(
+        entries,
+        look,
+        size=size,
+        overlay=overlay,
+        off_screen=off_screen,
+        area=PANEL_AREA,
+        inset=CUT_AREA,
+        samples=MOVING_SAMPLES,
+        device=device,
+    )
+    return Control(scene, Cut(scene.inset, scene.limit, scene.letter))
+
+
+class Window:
+    """Sliders, keys and clicks of VTK, connected to a control.
+
+    Parameters
+    ----------
+    control : Control
+    """
+
+    def __init__(self, control: Control) -> None:
+        self.control = control
+        scene = control.scene
+        self.keys: dict[str, Callable[[], None]] = {
+            "l": control.next_radius,
+            "c": control.next_colour,
+            "m": control.toggle_points,
+            "h": control.toggle_hold,
+            "i": control.first_view,
+        }
+        for key, action in self.keys.items():
+            scene.plotter.add_key_event(key, action)
+        self.interactor = scene.plotter.iren.interactor
+        self.wavelength_slider: Any = None
+        if len(control.wavelengths) > 1:
+            span = control.wavelengths[0], control.wavelengths[-1]
+            self.wavelength_slider = self._slider(span, control.wavelength, 0.03, self._wavelength)
+        self.incident_slider: Any = None
+        if any(e.subject.fit is not None for p in scene.panels for e in p.entries) or (
+            len(scene.panels[0].entries[0].subject.scan.incident_angles) > 1
+        ):
+            span = 0.0, control.largest_incident
+            self.incident_slider = self._slider(span, control.theta_i, 0.33, self._incident)
+        self._pressed = (0, 0)
+        self.interactor.AddObserver("LeftButtonPressEvent", self._press, 1.0)
+        self.interactor.AddObserver("LeftButtonReleaseEvent", self._release, 1.0)
+        control.say(KEYS)
+        self._say_values()
+        # A click before the first picture would find sliders without a shape, and VTK would end.
+        scene.render()
+
+    def _slider(
+        self, span: tuple[float, float], value: float, left: float, action: Callable[..., None]
+    ) -> Any:
+        from vtkmodules.vtkInteractionWidgets import vtkSliderRepresentation2D, vtkSliderWidget
+
+        shape = vtkSliderRepresentation2D()
+        shape.SetMinimumValue(span[0])
+        shape.SetMaximumValue(span[1])
+        shape.SetValue(value)
+        # The slider stops between measured values; its title says what is shown.
+        shape.ShowSliderLabelOff()
+        for place, end in (
+            (shape.GetPoint1Coordinate(), (left, 0.115)),
+            (shape.GetPoint2Coordinate(), (left + 0.26, 0.115)),
+        ):
+            place.SetCoordinateSystemToNormalizedDisplay()
+            place.SetValue(*end)
+        shape.SetTitleHeight(0.022)
+        shape.SetSliderLength(0.012)
+        shape.SetSliderWidth(0.03)
+        shape.SetTubeWidth(0.006)
+        letters = shape.GetTitleProperty()
+        letters.SetFontFamily(FONT_FROM_FILE)
+        letters.SetFontFile(font_file())
+        letters.SetColor(0.0, 0.0, 0.0)
+        letters.ShadowOff()
+        letters.BoldOff()
+        letters.ItalicOff()
+        shape.GetTubeProperty().SetColor(0.6, 0.6, 0.6)
+        shape.GetSliderProperty().SetColor(0.0, 0.45, 0.70)
+        words = self.control.scene.words
+        assert words is not None
+        widget = vtkSliderWidget()
+        widget.SetInteractor(self.interactor)
+        widget.SetRepresentation(shape)
+        widget.SetCurrentRenderer(words.renderer)
+        widget.SetDefaultRenderer(words.renderer)
+        widget.SetAnimationModeToJump()
+        widget.EnabledOn()
+        widget.AddObserver("InteractionEvent", action)
+        return widget
+
+    def _wavelength(self, widget: Any, event: str) -> None:
+        del event
+        self.control.set_wavelength(float(widget.GetRepresentation().GetValue()))
+        self._say_values()
+
+    def _incident(self, widget: Any, event: str) -> None:
+        del event
+        self.control.set_incident(float(widget.GetRepresentation().GetValue()))
+        self._say_values()
+
+    def _say_values(self) -> None:
+        for slider, text in (
+            (self.wavelength_slider, f"λ = {self.control.wavelength:g} nm"),
+            (self.incident_slider, f"θi = {self.control.theta_i:g}°"),
+        ):
+            if slider is not None:
+                slider.GetRepresentation().SetTitleText(text)
+
+    def _press(self, interactor: Any, event: str) -> None:
+        del event
+        self._pressed = interactor.GetEventPosition()
+
+    def _release(self, interactor: Any, event: str) -> None:
+        del event
+        x, y = interactor.GetEventPosition()
+        if max(abs(x - self._pressed[0]), abs(y - self._pressed[1])) <= CLICK_REACH:
+            self.control.pick(x, y)
+
+    def show(self) -> None:
+        """Open the window and stay until it is closed."""
+        self.control.scene.plotter.show(title="clbrdf")
