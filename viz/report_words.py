@@ -9,6 +9,10 @@ from clbrdf.fit.result import Fit
 Rows = list[tuple[str, str]]
 
 
+NOTABLE_REFUSALS = 0.01
+"""Share of evaluations from which refusing them is worth a word: a few in the corners of the limits are not."""
+
+
 def summary_rows(fit: Fit) -> Rows:
     """Return what was fitted, how, and how well."""
     scan = fit.scan
@@ -45,10 +49,9 @@ def warning_lines(fit: Fit) -> list[str]:
     for name, count in fit.scan.flag_counts().items():
         share = 100.0 * count / fit.scan.brdf.size
         lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")
-    if int(fit.not_finite.sum()):
-        lines.append(
-            f"{int(fit.not_finite.sum())} evaluations of the search were not finite and were refused"
-        )
+    refused, spent = int(fit.not_finite.sum()), int(fit.evaluations.sum())
+    if refused > NOTABLE_REFUSALS * spent:
+        lines.append(f"{refused} of {spent} evaluations of the search were not finite and were refused")
     repeated = fit.scan.repeated_directions()
     if repeated:
         lines.append(f"{repeated} directions are repeats of earlier ones; all were fitted")
