@@ -10,7 +10,7 @@ Rows = list[tuple[str, str]]
 
 
 NOTABLE_REFUSALS = 0.01
-"""Share of evaluations from which refusing them is worth a word: a few in the corners of the limits are not."""
+"""Share of refused evaluations that is worth a word: a few in the corners of the limits are not."""
 
 
 def summary_rows(fit: Fit) -> Rows:
