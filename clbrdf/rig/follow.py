@@ -67,19 +67,21 @@ def progress_of(path: str | Path) -> Progress:
         return Progress(
             count, count, len(raw.rows["kind"]), latest, 0.0, len(raw.log.splitlines()), is_complete=True
         )
+    last: Exception | None = None
     for _ in range(TRIES):
         try:
-            return _running(folder)
+            if folder.exists():
+                return _running(folder)
         except (InputError, FileNotFoundError) as error:
-            # The measurement may have been completed, and its folder removed, while we looked.
-            if target.exists():
-                return progress_of(target)
-            if not folder.exists():
-                raise InputError(
-                    f"{target}: no such file, and no measurement for it in {folder.name}; check the name"
-                ) from None
             last = error
-            time.sleep(PAUSE)
+        # The measurement may have been completed, and its folder removed, while we looked.
+        if target.exists():
+            return progress_of(target)
+        if not folder.exists():
+            raise InputError(
+                f"{target}: no such file, and no measurement for it in {folder.name}; check the name"
+            )
+        time.sleep(PAUSE)
     raise InputError(f"{folder}: cannot be read ({last})") from last
 
 
