@@ -14,8 +14,11 @@ import numpy as np
 from clbrdf.errors import InputError
 from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.row import POINT
-from clbrdf.rig.segment import Columns, read_header, read_rows
+from clbrdf.rig.segment import read_header, read_rows
 from clbrdf.rig.store import log_path, run_folder, segments
+
+TRIES, PAUSE = 5, 0.05
+"""A folder that changes while it is read is read again, after a pause in s."""
 
 
 @dataclass(frozen=True)
@@ -64,23 +67,30 @@ def progress_of(path: str | Path) -> Progress:
         return Progress(
             count, count, len(raw.rows["kind"]), latest, 0.0, len(raw.log.splitlines()), is_complete=True
         )
-    try:
-        paths = segments(folder)
-        tables = [read_rows(segment) for segment in paths]
-        total = len(json.loads(read_header(paths[0])["route"])["theta_i"]) if paths else 0
-        events = len(log_path(folder).read_text(encoding="utf-8").splitlines())
-    except (InputError, FileNotFoundError):
-        if target.exists():  # it was completed while we looked
+    last: Exception | None = None
+    for _ in range(TRIES):
+        try:
+            if folder.exists():
+                return _running(folder)
+        except (InputError, FileNotFoundError) as error:
+            last = error
+        # The measurement may have been completed, and its folder removed, while we looked.
+        if target.exists():
             return progress_of(target)
         if not folder.exists():
             raise InputError(
                 f"{target}: no such file, and no measurement for it in {folder.name}; check the name"
-            ) from None
-        raise
-    return _running(tables, total, events)
+            )
+        time.sleep(PAUSE)
+    raise InputError(f"{folder}: cannot be read ({last})") from last
 
 
-def _running(tables: list[Columns], total: int, events: int) -> Progress:
+def _running(folder: Path) -> Progress:
+    paths = segments(folder)
+    tables = [read_rows(segment) for segment in paths]
+    total = len(json.loads(read_header(paths[0])["route"])["theta_i"]) if paths else 0
+    log = log_path(folder)
+    events = len(log.read_text(encoding="utf-8").splitlines()) if log.exists() else 0
     rows = sum(len(table["kind"]) for table in tables)
     points = sum(int(np.count_nonzero(table["kind"] == POINT)) for table in tables)
     latest, remaining = "", float("nan")

@@ -36,8 +36,9 @@ class StopRequest:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        # Once a stop was asked for the program ends: a late signal must not disturb its last words.
         for number, handler in self._before.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if self.is_asked else handler)
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
         del number, frame
