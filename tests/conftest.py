@@ -8,9 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from clbrdf import Scan
 from clbrdf.device import Device, list_devices
+
+# Property tests have no time limit for one example: the machine may be busy with others.
+settings.register_profile("clbrdf", deadline=None, derandomize=True)
+settings.load_profile("clbrdf")
 
 # No answer of tuning that a user keeps may change what is tested.
 os.environ["CLBRDF_CACHE_DIR"] = tempfile.mkdtemp(prefix="clbrdf-tests-")

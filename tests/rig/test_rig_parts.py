@@ -274,3 +274,14 @@ def test_import_of_the_package_is_light():
     code = f"import sys, clbrdf; print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_two_emulators_do_not_share_a_port(tmp_path):
+    first, second = PseudoTerminal(tmp_path / "port", None), PseudoTerminal(tmp_path / "port", None)
+    first.plug()
+    with pytest.raises(InputError, match="an emulator serves this port"):
+        second.plug()
+    first.unplug()
+    (tmp_path / "port").symlink_to("/dev/pts/no-such-terminal")  # left over from one that was killed
+    second.plug()
+    second.unplug()

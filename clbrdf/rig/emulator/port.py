@@ -38,10 +38,12 @@ class PseudoTerminal:
         Raises
         ------
         InputError
-            Something else has the name of the link, or its folder cannot be made.
+            Another emulator or something else has the name of the link, or its folder cannot be made.
         """
         link = self.link
-        if link.exists() and not (link.is_symlink() and os.readlink(link).startswith("/dev/pts/")):
+        if link.exists():  # not where a link is left over from an emulator that was killed
+            if link.is_symlink() and os.readlink(link).startswith("/dev/pts/"):
+                raise InputError(f"{link}: an emulator serves this port; stop that one, or remove the link")
             raise InputError(f"{link}: exists and is no emulated port; give another port in the rig file")
         master, slave = os.openpty()
         tty.setraw(slave)
