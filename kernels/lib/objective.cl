@@ -8,11 +8,6 @@
 //
 //   error    the model's, plus N ulp for the sum in the worst case
 
-inline realv residual_of(const model_state *m, global const real *restrict rows,
-                         global const real *restrict target, global const real *restrict scale, const uint n) {
-    return model_brdf(m, geometry_of(rows, n)) * (realv)scale[n] - (realv)target[n];
-}
-
 inline realv objective_of(const realv *p, global const real *restrict rows,
                           global const uint *restrict starts, const uint groups,
                           global const real *restrict target, global const real *restrict scale) {
@@ -24,14 +19,17 @@ inline realv objective_of(const realv *p, global const real *restrict rows,
         uint n = starts[g];
         model_incident(&m, geometry_of(rows, n));
         for (; n + UNROLL <= end; n += UNROLL) {
-            realv r[UNROLL];
-#pragma unroll
-            for (int k = 0; k < UNROLL; ++k) r[k] = residual_of(&m, rows, target, scale, n + k);
-#pragma unroll
-            for (int k = 0; k < UNROLL; ++k) sums[k] += r[k] * r[k];
+            geometry x[UNROLL];
+            realv f[UNROLL];
+            for (int k = 0; k < UNROLL; ++k) x[k] = geometry_of(rows, n + k);
+            model_brdf_unrolled(&m, x, f);
+            for (int k = 0; k < UNROLL; ++k) {
+                const realv r = f[k] * (realv)scale[n + k] - (realv)target[n + k];
+                sums[k] += r * r;
+            }
         }
         for (; n < end; ++n) {
-            const realv r = residual_of(&m, rows, target, scale, n);
+            const realv r = model_brdf(&m, geometry_of(rows, n)) * (realv)scale[n] - (realv)target[n];
             sums[0] += r * r;
         }
     }

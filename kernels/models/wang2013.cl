@@ -36,6 +36,14 @@ inline realv model_brdf(const model_state *m, const geometry x) {
     return exp2_lanes(m->c * power + (m->level + x.log2_s)) + m->diffuse;
 }
 
+// The same for UNROLL view directions side by side, stage by stage: their long chains of dependent operations
+// overlap.
+inline void model_brdf_unrolled(const model_state *m, const geometry *x, realv *f) {
+    for (int k = 0; k < UNROLL; ++k) f[k] = exp2_falling(m->d * x[k].log2_v);
+    for (int k = 0; k < UNROLL; ++k) f[k] = exp2_lanes(m->c * f[k] + (m->level + x[k].log2_s));
+    for (int k = 0; k < UNROLL; ++k) f[k] += m->diffuse;
+}
+
 // ∂f/∂p into gradient[P]; needs ks > 0.
 inline realv model_gradient(const model_state *m, const geometry x, realv *gradient) {
     const real ln_2 = (real)0.6931471805599453;
