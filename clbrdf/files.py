@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,9 +19,13 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
     Raises
     ------
     InputError
-        The file exists and may not be replaced, or its folder does not exist.
+        The file exists and may not be replaced, is a folder or a device, or its folder does not exist.
     """
     target = Path(path)
+    if target.is_symlink():
+        target = target.resolve()
+    if target.exists() and not (target.is_file() or target.is_dir()):
+        raise InputError(f"{target}: is a device or a pipe; name a file")
     if target.is_dir():
         raise InputError(f"{target}: is a folder; name a file in it")
     if target.exists() and not overwrite:
@@ -29,6 +33,17 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist; create it first")
     return target
+
+
+def check_apart(outputs: Iterable[str | Path | None], inputs: Iterable[str | Path] = ()) -> None:
+    """Raise InputError where two outputs are one file, or an output is an input."""
+    seen = {Path(path).resolve() for path in inputs}
+    for path in outputs:
+        if path is None:
+            continue
+        if Path(path).resolve() in seen:
+            raise InputError(f"{path}: is another file of this command, too; name one of its own")
+        seen.add(Path(path).resolve())
 
 
 @contextmanager
@@ -43,6 +58,8 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
     target = check_output(path, overwrite)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
+        part.touch()  # an unwritable folder is told here, in the system's words and not in a library's
+        part.unlink()
         yield part
         with open(part, "rb") as stream:
             os.fsync(stream.fileno())
@@ -52,7 +69,7 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
             os.link(part, target)  # unlike a rename, it never replaces a file that came meanwhile
     except FileExistsError as error:
         raise InputError(f"{target}: exists already; choose another name or add --overwrite") from error
-    except PermissionError as error:
+    except OSError as error:
         raise InputError(f"{target}: cannot be written ({error.strerror}); choose another folder") from error
     finally:
         part.unlink(missing_ok=True)

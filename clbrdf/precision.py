@@ -58,5 +58,6 @@ def get_precision(name: str) -> Precision:
     """
     known = PRECISIONS.get("fast:4" if name == "fast" else name)
     if known is None:
-        raise InputError(f"no precision is called {name!r}; there are fast, {', '.join(PRECISIONS)}")
+        names = ", ".join(("fast", *PRECISIONS))
+        raise InputError(f"no precision is called {name!r}; there are {names}; evaluate has reference, too")
     return known

@@ -163,6 +163,7 @@ def upload(device: Device, values: np.ndarray, dtype: type[np.generic] | None = 
     """Copy an array to a device, read-only there, in another type where one is named."""
     import pyopencl as cl
 
-    host = np.ascontiguousarray(values, dtype=dtype)
+    with np.errstate(over="ignore"):  # what fp32 cannot hold becomes infinite, and its results are seen to
+        host = np.ascontiguousarray(values, dtype=dtype)
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     return cl.Buffer(open_queue(device).context, flags, hostbuf=host)

@@ -74,6 +74,8 @@ def choose_precision(
     DeviceError
         No usable OpenCL device.
     """
+    if not rtol > 0.0:
+        raise InputError(f"rtol is {rtol:g}; give a positive number, such as 1e-3")
     chosen = device or choose_device()
     able = [p for p in PRECISIONS.values() if p.dtype is np.float32 or chosen.has_double]
     kept = [p for p in able if p.bound <= rtol]

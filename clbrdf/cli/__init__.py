@@ -17,7 +17,7 @@ COMMANDS = {
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "view": "show lobes in a window, a file or a browser",
-    "report": "write a page of figures and tables of a fit",
+    "report": "write a fit as one page",
     "evaluate": "print model values as a table",
     "measure": "run a measurement plan on the rig",
     "emulate": "run a rig of emulated instruments on pseudo-terminals",
@@ -26,14 +26,14 @@ COMMANDS = {
     "bench": "measure here and now, beside peers",
     "devices": "list the OpenCL devices and the one chosen",
 }
-"""Each is `command` in the module clbrdf.cli.<name>_command."""
+"""Each is `command` in the module clbrdf.cli.<name>_command, and tells its own help there."""
 
 USAGE_ERROR = 2
 INTERRUPTED = 130
 
 
-def make_app() -> App:
-    """Return the command-line application; nothing but the parser is loaded."""
+def make_app(chosen: str = "") -> App:
+    """Return the command-line application; only the command chosen is loaded, and gives its own help."""
     app = App(
         name="clbrdf",
         help="From a measured scan to an absolute spectral BRDF, its model at every wavelength, and lobes.",
@@ -42,14 +42,18 @@ def make_app() -> App:
         suppress_keyboard_interrupt=False,
     )
     for name, summary in COMMANDS.items():
-        app.command(f"clbrdf.cli.{name}_command:command", name=name, help=summary)
+        told = {} if name == chosen else {"help": summary}
+        app.command(f"clbrdf.cli.{name}_command:command", name=name, **told)
     return app
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
+    words = list(sys.argv[1:] if argv is None else argv)
     try:
-        status = make_app()(argv, exit_on_error=False, print_error=False, result_action="return_value")
+        status = make_app(*words[:1])(
+            words, exit_on_error=False, print_error=False, result_action="return_value"
+        )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
         text = " ".join(str(error).split())
@@ -58,8 +62,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("clbrdf: interrupted; nothing was left half-written", file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:
-        # The reader (head, less) has gone: nothing more to say, also not at exit.
+    except OSError as error:
+        if isinstance(error, BrokenPipeError):
+            # The reader (head, less) has gone: nothing more to say, also not at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        print(f"clbrdf: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        return USAGE_ERROR
     return status if isinstance(status, int) else 0

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -31,6 +32,7 @@ def stderr_console() -> Console:
 
 def make_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> Table:
     """Return a table; the first `left` columns are set to the left, numbers to the right."""
+    texts = list(rows)
     table = Table(
         title=title or None,
         title_justify="left",
@@ -40,15 +42,18 @@ def make_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
         pad_edge=False,
     )
     for place, name in enumerate(columns):
-        table.add_column(name, justify="left" if place < left else "right", no_wrap=place >= left)
-    for row in rows:
+        # Numbers are never cut: where a terminal is too narrow for them, its lines wrap.
+        widest = max([len(name), *(len(row[place]) for row in texts)]) if place >= left else None
+        justify: Literal["left", "right"] = "left" if place < left else "right"
+        table.add_column(name, justify=justify, no_wrap=place >= left, min_width=widest)
+    for row in texts:
         table.add_row(*row)
     return table
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> None:
     """Print a table made by `make_table`."""
-    stdout_console().print(make_table(title, columns, rows, left))
+    stdout_console().print(make_table(title, columns, rows, left), crop=False)
 
 
 def number(value: float, digits: int = 4) -> str:

@@ -14,7 +14,7 @@ from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
-from clbrdf.files import check_output, whole_text
+from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
@@ -63,12 +63,14 @@ def command(
     all_rows
         print every wavelength, however many
     """
+    check_apart([output, json], [scan])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
     measured = Scan.open(scan)
     rules = Settings()
-    rules = replace(rules, chains=chains or rules.chains, levels=levels or rules.levels)
+    rules = replace(rules, chains=rules.chains if chains is None else chains)
+    rules = replace(rules, levels=rules.levels if levels is None else levels)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
             measured,

@@ -8,7 +8,7 @@ from pathlib import Path
 from clbrdf.cli.options import Output, Overwrite
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_scan
-from clbrdf.files import check_output
+from clbrdf.files import check_apart, check_output
 from clbrdf.formats.columns import read_columns
 
 
@@ -28,6 +28,7 @@ def command(
     sample
         which sample to take, where the files hold several
     """
+    check_apart([output], files)
     target = check_output(output, overwrite)
     scan = read_columns(files, sample)
     scan = replace(scan, provenance=made_by("import", files, {"sample": sample}, scan.provenance))

@@ -59,6 +59,8 @@ def parameter_map(texts: list[str]) -> dict[str, float]:
     values: dict[str, float] = {}
     for text in ",".join(texts).split(",") if texts else []:
         name, equals, value = (word.strip() for word in text.partition("="))
+        if name in values:
+            raise InputError(f"--param: {name} is given twice; give each parameter once")
         try:
             values[name] = float(value)
         except ValueError:
@@ -83,5 +85,7 @@ def pair_map(texts: list[str]) -> dict[str, tuple[float, float]]:
             lower, upper = (float(word) for word in limits.split(":"))
         except ValueError:
             raise InputError(f"--bounds {text!r}: write name=lower:upper, as in --bounds d=0.5:1") from None
+        if name in pairs:
+            raise InputError(f"--bounds: {name} is given twice; give each parameter once")
         pairs[name] = (lower, upper)
     return pairs

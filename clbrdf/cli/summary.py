@@ -73,13 +73,13 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
     whole = _table(title + note, [name, *parameters, *deviations, status])
     unbounded = console.options.update(width=10_000)
     if Measurement.get(console, unbounded, whole).maximum <= console.width:
-        console.print(whole)
+        console.print(whole, crop=False)
     else:
-        console.print(_table(title + note, [name, *parameters, status]))
-        console.print(_table("σr (%) for each incident zenith", [name, *deviations]))
+        console.print(_table(title + note, [name, *parameters, status]), crop=False)
+        console.print(_table("σr (%) for each incident zenith", [name, *deviations]), crop=False)
     counts = ", ".join(f"{count} {status}" for status, count in Counter(fit.status.tolist()).most_common())
     good = np.isfinite(fit.objective)
-    worst = fit.objective[good].max()
+    worst = fit.objective[good].max(initial=0.0)
     lines = [
         ["status", counts],
         ["method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', '–')}"],

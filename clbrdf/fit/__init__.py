@@ -24,6 +24,9 @@ from clbrdf.scan import Scan
 
 __all__ = ["METHODS", "STATUSES", "Fit", "Settings", "fit"]
 
+PLAUSIBLE = (1e-15, 1e15)
+"""BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
+
 METHODS = ("auto", "anneal")
 """`auto` is the fastest method that reaches the optimum; today that is `anneal`."""
 
@@ -72,13 +75,16 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, model, weights or bounds; nothing in the scan that can be fitted.
+        Unknown method, model, weights or bounds; nothing in the scan that can be fitted, or values
+        beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
     """
     if method not in METHODS:
         raise InputError(f"no method is called {method!r}; there are {', '.join(METHODS)}")
-    if not 0 <= seed < 2**64:
+    if not isinstance(scan, Scan):
+        raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
+    if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
     start = time.perf_counter()
     chosen, rules = get_model(model), settings or Settings()
@@ -86,7 +92,10 @@ def fit(
     fitted = np.flatnonzero((g > 0.0).any(axis=0))
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
-        raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons or 'weights 0'})")
+        if not scan.mask.all():
+            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+        raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
+    _check_range(scan, g)
     where = device or choose_device()
     blocks = wavelength_blocks(fitted, len(scan.theta_i), rules)
     total = rules.levels * len(blocks)
@@ -112,6 +121,17 @@ def fit(
         provenance=provenance,
         start=start,
     )
+
+
+def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
+    """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
+    used = scan.brdf[weights > 0.0]
+    low, high = PLAUSIBLE
+    if used.min() < low or used.max() > high:
+        worst = used.max() if used.max() > high else used.min()
+        raise InputError(
+            f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
+        )
 
 
 def _part_of(report: Report, before: int, total: int) -> Report:

@@ -45,6 +45,8 @@ def read_weights(path: Path, scan: Scan) -> npt.NDArray[np.float64]:
                 theta_i, theta_r, phi, weight = (float(row[names[name]] or "") for name in COLUMNS)
             except (TypeError, ValueError):
                 raise InputError(f"{place}: a cell is missing or not a number") from None
+            if not 0.0 <= weight < np.inf:
+                raise InputError(f"{place}: weight {weight:g}; weights are finite and not negative")
             turn = np.abs(scan.phi - wrap_azimuth(np.array(phi)))
             apart = np.max([np.abs(scan.theta_i - theta_i), np.abs(scan.theta_r - theta_r)], axis=0)
             same = (apart < ANGLE_TOLERANCE) & (np.minimum(turn, 360.0 - turn) < ANGLE_TOLERANCE)

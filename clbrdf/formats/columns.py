@@ -16,6 +16,9 @@ from clbrdf.scan import Scan
 
 ANGLE_UNITS = {"deg": 1.0, "rad": 180.0 / np.pi, "mrad": 0.18 / np.pi}
 LENGTH_UNITS = {"nm": 1.0, "um": 1e3, "µm": 1e3, "μm": 1e3, "mm": 1e6, "m": 1e9, "angstrom": 0.1}
+SHORTEST, LONGEST = 10.0, 1e6
+"""nm; beyond, the unit of a column is wrong."""
+
 BRDF_UNITS = {"per_sr": 1.0, "1_sr": 1.0, "sr-1": 1.0}
 
 
@@ -188,9 +191,12 @@ def _row(
         return degrees
 
     wavelength = value("wavelength")
-    if not (np.isfinite(wavelength) and wavelength > 0.0):
-        written = columns["wavelength"][1]
-        raise InputError(f"{path}, line {line}, column {written}: {text('wavelength')} is no wavelength")
+    if not SHORTEST <= wavelength <= LONGEST:
+        place = f"{path}, line {line}, column {columns['wavelength'][1]}"
+        raise InputError(
+            f"{place}: {text('wavelength')} is no wavelength of light in this unit; name the column"
+            " wavelength_nm or wavelength_um, whichever it is"
+        )
     phi_i = angle("phi_i") if "phi" not in columns else 0.0
     phi_r = angle("phi_r") if "phi" not in columns else angle("phi")
     reasons = {word.strip() for word in text("flag").split(";")} - {""}

@@ -130,13 +130,16 @@ class Model:
         Raises
         ------
         InputError
-            An unknown name, a value that is not finite, or lengths that do not agree.
+            An unknown name, a value that is not finite or of the wrong sign, or lengths that do not agree.
         """
         self.check_names(parameters)
         columns = [np.asarray(parameters.get(p.name, p.default), dtype=np.float64) for p in self.parameters]
         for name, column in zip(self.names, columns, strict=True):
             if not np.isfinite(column).all():
                 raise InputError(f"parameter {name} is not finite")
+            if self.parameter(name).scale == "log" and (self.parameter(name).sign * column < 0.0).any():
+                side = "at most" if self.parameter(name).sign < 0 else "at least"
+                raise InputError(f"parameter {name} is {column.flat[0]:g}; it has to be {side} 0")
             if column.ndim > 1:
                 raise InputError(
                     f"parameter {name} has {column.ndim} dimensions; give a number or a (W,) array"
@@ -146,6 +149,10 @@ class Model:
         except ValueError as error:
             sizes = ", ".join(f"{n}: {c.size}" for n, c in zip(self.names, columns, strict=True) if c.ndim)
             raise InputError(f"parameters have different lengths ({sizes})") from error
+
+    def parameter(self, name: str) -> Parameter:
+        """Return the row of the table with a name."""
+        return next(p for p in self.parameters if p.name == name)
 
     def check_names(self, mapping: Mapping[str, object]) -> None:
         """Raise InputError where a mapping names a parameter that the model does not have."""

@@ -7,6 +7,7 @@ import os
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -191,7 +192,7 @@ class TestFit:
         target = tmp_path / "fit.h5"
         assert_one_line(run("fit", tmp_path / "no.h5", "-o", target), "no.h5: no such file")
         assert_one_line(run("fit", csv_file, "-o", target), "data.csv: not an HDF5 file")
-        assert_one_line(run("fit", scan_file, "-o", scan_file), "scan.h5: exists already")
+        assert_one_line(run("fit", scan_file, "-o", csv_file), "data.csv: exists already")
         assert_one_line(run("fit", scan_file, "-o", target, "--json", csv_file), "data.csv: exists already")
         assert_one_line(run("fit", scan_file, "-o", target, "--method", "guess"), "'guess'")
         assert_one_line(run("fit", scan_file, "-o", target, "--weights", "heavy"), "weights 'heavy'")
@@ -215,6 +216,77 @@ class TestFit:
             status, out, err = run("fit", tmp_path / f"{name}.h5", "-o", tmp_path / f"{name}_fit.h5", *FAST)
             assert (status, err) == (0, "")
             assert "ambiguous" in out or "at bound" in out
+
+
+class TestMistakesOfNewUsers:
+    def test_outputs_and_inputs_are_files_of_their_own(self, run, scan_file, csv_file, tmp_path):
+        before = csv_file.read_bytes()
+        said = "is another file of this command"
+        assert_one_line(run("import", csv_file, "-o", csv_file, "--overwrite"), "data.csv", said)
+        assert csv_file.read_bytes() == before
+        assert_one_line(run("fit", scan_file, "-o", scan_file, "--overwrite"), "scan.h5", said)
+        out = tmp_path / "x.h5"
+        assert_one_line(run("fit", scan_file, "-o", out, "--json", out), "x.h5", said)
+        assert not out.exists()
+
+    def test_devices_and_links(self, run, scan_file, csv_file, tmp_path):
+        pipe = tmp_path / "pipe"
+        os.mkfifo(pipe)
+        assert_one_line(
+            run("import", csv_file, "-o", pipe, "--overwrite"), "is a device or a pipe; name a file"
+        )
+        assert pipe.is_fifo()
+        link = tmp_path / "link.h5"
+        link.symlink_to(tmp_path / "real.h5")
+        assert run("import", csv_file, "-o", link)[0] == 0
+        assert link.is_symlink()
+        assert Scan.open(tmp_path / "real.h5").sample == "foil"
+
+    def test_a_full_disk_under_standard_output(self):
+        words = [sys.executable, "-m", "clbrdf.cli", "evaluate", "--theta-i", "30", "--theta-r", "30"]
+        ended = subprocess.run(
+            f"{shlex.join(words)} >/dev/full", shell=True, capture_output=True, text=True, timeout=120
+        )
+        assert ended.returncode == 2
+        assert ended.stderr.startswith("clbrdf: standard output: No space left")
+        assert ended.stderr.count("\n") == 1
+
+    @pytest.mark.parametrize("factor", [1e-300, 1e290])
+    def test_values_beyond_all_surfaces(self, run, small_scan, tmp_path, factor):
+        replace(small_scan, brdf=small_scan.brdf * factor, sigma=None).save(tmp_path / "s.h5")
+        assert_one_line(run("fit", tmp_path / "s.h5", "-o", tmp_path / "f.h5"), "check the unit of the data")
+        assert not (tmp_path / "f.h5").exists()
+
+    def test_arguments(self, run, scan_file, tmp_path):
+        target = tmp_path / "f.h5"
+        fit = ("fit", scan_file, "-o", target)
+        assert_one_line(run(*fit, "--chains", 0), "chains is 0")
+        assert_one_line(run(*fit, "--bounds", "a=1:2", "--bounds", "a=2:3"), "a is given twice")
+        angles = ("evaluate", "--theta-i", "30", "--theta-r", "30")
+        assert_one_line(run(*angles, "--param", "ks=-1"), "parameter ks is -1; it has to be at least 0")
+        assert_one_line(run(*angles, "--param", "ks=1,ks=2"), "ks is given twice")
+        assert_one_line(run(*angles, "--rtol", "nan"), "give a positive number")
+        assert_one_line(run(*angles, "--precision", "foo"), "reference")
+        status, out, err = run(*angles, "--param", "ks=1e39", "--precision", "fast")
+        assert (status, err) == (0, "")
+        assert "e+3" in out
+
+    def test_wavelengths_in_another_unit(self, run, csv_file, tmp_path):
+        csv_file.write_text(csv_file.read_text().replace("foil,450", "foil,0.45"))
+        result = run("import", csv_file, "-o", tmp_path / "x.h5")
+        assert_one_line(result, "line 2", "0.45 is no wavelength of light in this unit", "wavelength_um")
+
+    def test_numbers_are_never_cut_in_a_narrow_terminal(self, run, scan_file, tmp_path, monkeypatch):
+        monkeypatch.setenv("COLUMNS", "60")
+        run("fit", scan_file, "-o", tmp_path / "f.h5", *FAST)
+        status, out, _ = run("info", tmp_path / "f.h5")
+        assert status == 0
+        table = out[out.index("λ (nm)") : out.index("method")]
+        assert "…" not in table
+
+    def test_help_tells_what_the_readme_promises(self, run):
+        assert "wavelength_nm" in run("import", "--help")[1]
+        assert "0:85:5" in run("evaluate", "--help")[1]
 
 
 class TestMachine:

@@ -121,7 +121,10 @@ def test_samples_are_chosen_by_name(tmp_path):
         ([HEADER, ROW.replace(",30,", ",90,")], r"line 2, column theta_i_deg: 90 is out of range; zenith"),
         ([HEADER, ROW.replace(",20,", ",-5,")], r"line 2, column theta_r_deg: -5 is out of range"),
         ([HEADER, ROW.replace("180", "inf")], "line 2, column dphi_deg: inf is out of range"),
-        ([HEADER, ROW.replace("550", "0")], "line 2, column wavelength_nm: 0 is no wavelength"),
+        (
+            [HEADER, ROW.replace("550", "0")],
+            "line 2, column wavelength_nm: 0 is no wavelength of light",
+        ),
         (
             [HEADER, ROW.replace("0.1", "-0.1")],
             "line 2, column fr_std_per_sr: -0.1 is no standard uncertainty",
