@@ -9,7 +9,7 @@ import numpy as np
 from clbrdf.cli.console import number, print_table
 from clbrdf.cli.options import JsonFile, Overwrite
 from clbrdf.errors import InputError
-from clbrdf.files import whole_text
+from clbrdf.files import check_output, whole_text
 from clbrdf.rig.budget import GROUPS, Budget, group_percent, kind_percent, load_budget, total_percent
 from clbrdf.rig.calibrate import Calibrated, calibrate
 from clbrdf.rig.rawscan import read_raw
@@ -35,7 +35,10 @@ def command(
     scan
         scan file of 'clbrdf measure': sources are evaluated at each of its points
     """
+    if json is not None:
+        check_output(json, overwrite)
     chosen = load_budget(budget)
+    calibrated = None if scan is None else _calibrated(scan, chosen)
     _print_budget(chosen, "the paper's values" if budget is None else str(budget))
     content: dict[str, object] = {
         "percent": {group: group_percent(chosen, group) for group in GROUPS},
@@ -43,14 +46,17 @@ def command(
         "point_percent": kind_percent(chosen, "point"),
         "total_percent": total_percent(chosen),
     }
-    if scan is not None:
-        try:
-            calibrated = calibrate(read_raw(scan), chosen)
-        except InputError as error:
-            raise error if str(scan) in str(error) else InputError(f"{scan}: {error}") from error
+    if scan is not None and calibrated is not None:
         content["points"] = _print_points(calibrated, scan)
     if json is not None:
         whole_text(json, content, overwrite)
+
+
+def _calibrated(scan: Path, budget: Budget) -> Calibrated:
+    try:
+        return calibrate(read_raw(scan), budget)
+    except InputError as error:
+        raise error if str(scan) in str(error) else InputError(f"{scan}: {error}") from error
 
 
 def _print_budget(budget: Budget, name: str) -> None:

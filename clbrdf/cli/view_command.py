@@ -99,6 +99,9 @@ def command(
 
     pixels = _size(size)
     outputs = [path for path in (png, gif, mp4, html) if path is not None]
+    for path, ending in ((png, ".png"), (gif, ".gif"), (mp4, ".mp4"), (html, ".html")):
+        if path is not None and path.suffix.casefold() != ending:
+            raise InputError(f"{path}: --{ending[1:]} writes {ending} files; let the name end in it")
     for path in outputs:
         check_output(path, overwrite)
     if transparent and png is None:
