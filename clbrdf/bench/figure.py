@@ -27,7 +27,7 @@ def accuracy_figure(panels: Sequence[Panel], device: str) -> Figure:
 
 
 def _draw(axes: Axes, panel: Panel) -> None:
-    from matplotlib.ticker import LogFormatterSciNotation
+    from matplotlib.ticker import LogFormatterSciNotation, NullFormatter
 
     series = list(dict.fromkeys(point.series for point in panel.points))
     for k, name in enumerate(series):
@@ -41,9 +41,12 @@ def _draw(axes: Axes, panel: Panel) -> None:
             place = (point.seconds, point.error)
             axes.annotate(point.name, place, xytext=(4, 5), textcoords="offset points", fontsize=8)
     axes.set_xscale("log")
-    if max(p.seconds for p in panel.points) < 10.0 * min(p.seconds for p in panel.points):
+    seconds = [p.seconds for p in panel.points]
+    if max(seconds) < 5.0 * min(seconds):
         axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.0, 0.3)))
         axes.tick_params(axis="x", which="minor", labelsize=8)
+    else:
+        axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_yscale("log")
     axes.set_title(panel.title, fontsize=10)
     axes.set_xlabel(panel.work)
