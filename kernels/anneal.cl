@@ -80,7 +80,7 @@ kernel void anneal_level(global const real *restrict rows,
     }
     realv energy = LOAD(place, energy_all), best_energy = LOAD(place, best_energy_all);
     realv temperature = LOAD(place, temperature_all);
-    // The spread of the energy is summed about its first finite value, against cancellation.
+    // The spread of the energy is summed about its value at the start, against cancellation.
     realv origin = energy < (realv)INFINITY ? energy : (realv)0.0;
     realv sum = (realv)0.0, sum_of_squares = (realv)0.0, not_finite = (realv)0.0;
 

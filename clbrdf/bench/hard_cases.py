@@ -12,10 +12,12 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.models import get_model
+
 Array = npt.NDArray[np.float64]
 
-TIN_FOIL = {"a": 3.87, "b": 0.5216, "c": -300.0, "d": 0.74, "ks": 451.7958, "kd": 1.3034}
-"""Table 1 of the paper; cases change what they name."""
+TIN_FOIL = {p.name: p.default for p in get_model().parameters}
+"""The model's defaults, Table 1 of the paper; cases change what they name."""
 
 GAMMAS = (0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 ZENITHS = (0.0, 1e-6, 30.0, 85.0, 89.9, 89.999999)

@@ -97,7 +97,7 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     where = device or choose_device()
-    blocks = wavelength_blocks(fitted, len(scan.theta_i), rules)
+    blocks = wavelength_blocks(fitted, len(scan.theta_i), len(limits), rules)
     total = rules.levels * len(blocks)
     parts = []
     for k, block in enumerate(blocks):

@@ -15,13 +15,13 @@ LAUNCH_EVALUATIONS = 400_000_000
 
 
 def wavelength_blocks(
-    wavelengths: npt.NDArray[np.intp], directions: int, settings: Settings
+    wavelengths: npt.NDArray[np.intp], directions: int, parameters: int, settings: Settings
 ) -> list[npt.NDArray[np.intp]]:
-    """Split places of wavelengths into blocks for scans of so many directions.
+    """Split places of wavelengths into blocks, for so many directions and parameters of the model.
 
     Random numbers are keyed by wavelength, so the blocks do not change the result.
     """
     bytes_each = 24 * directions + 256 * settings.chains  # fp32 and fp64 copies; state of the chains
-    evaluations_each = directions * settings.chains * settings.sweeps * 6
+    evaluations_each = directions * settings.chains * settings.sweeps * parameters
     size = max(1, min(DEVICE_BYTES // bytes_each, LAUNCH_EVALUATIONS // evaluations_each))
     return [wavelengths[first : first + size] for first in range(0, len(wavelengths), size)]

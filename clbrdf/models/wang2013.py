@@ -12,7 +12,7 @@ The specular term is formed as one exponential of a sum of logarithms: it neithe
 underflows where only its factors do.
 
 Source: H. Wang, W. Zhang, A. Dong, Measurement 46 (2013) 3654–3661,
-doi:10.1016/j.measurement.2013.07.009, equations (8)–(12).
+equations (8)–(12).
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def reference(parameters: Array, theta_i: float, theta_r: float, phi: float) -> 
 MODEL = Model(
     name="wang2013",
     title="Wang, Zhang and Dong 2013, six parameters",
-    source="Measurement 46 (2013) 3654-3661, doi:10.1016/j.measurement.2013.07.009",
+    source="Measurement 46 (2013) 3654-3661",
     parameters=(
         Parameter("a", "1", 3.87, (-20.0, 20.0), "strength of the Fresnel factor F (12)"),
         Parameter("b", "1", 0.5216, (-1.0, 2.0), "cosine of the incident angle where F is 1 (12)"),

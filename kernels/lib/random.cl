@@ -1,7 +1,8 @@
 // Uniform random numbers that depend on their place alone: Philox 4x32-10 keyed by the seed, counted by
 // (step, chain, wavelength, stream). The result is the same whatever the lanes, groups or blocks.
 //
-//   range    (0, 1), multiples of 2^-24 plus 2^-25: neither end occurs
+//   range    (0, 1], multiples of 2^-24 plus 2^-25: 0, whose logarithm is infinite, does not occur; the
+//            largest rounds to 1 in single precision
 //   source   Salmon, Moraes, Dror, Shaw, SC11 (2011), doi:10.1145/2063384.2063405 (PyOpenCL's header)
 
 inline real uniform_of(uint word) {

@@ -89,7 +89,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatc
     scan = noisy(small_scan, 0.06)
     whole = clbrdf.fit(scan, settings=SHORT)
     monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "DEVICE_BYTES", 1)
-    assert len(wavelength_blocks(np.arange(3), 48, SHORT)) == 3
+    assert len(wavelength_blocks(np.arange(3), 48, 6, SHORT)) == 3
     blocks = clbrdf.fit(scan, settings=SHORT)
     alone = clbrdf.fit(scan.columns([1]), settings=SHORT)
     assert (whole.vector == blocks.vector).all()
@@ -98,7 +98,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatc
 
 def test_blocks_keep_memory_bounded_whatever_the_scan():
     for w, n in ((3, 100), (4096, 774), (10, 10_000_000)):
-        blocks = wavelength_blocks(np.arange(w), n, Settings())
+        blocks = wavelength_blocks(np.arange(w), n, 6, Settings())
         assert np.concatenate(blocks).tolist() == list(range(w))
         largest = max(len(block) for block in blocks)
         assert largest == 1 or 24 * n * largest <= 128 << 20
