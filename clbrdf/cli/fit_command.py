@@ -17,7 +17,6 @@ from clbrdf.device import choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
-from clbrdf.fit.methods import METHODS as METHODS_BY_NAME
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
@@ -59,9 +58,9 @@ def command(
     model
         name of the model
     chains
-        annealing chains a wavelength
+        annealing chains a wavelength (--method anneal and anneal-separable)
     levels
-        temperature levels
+        temperature levels (--method anneal and anneal-separable)
     all_rows
         print every wavelength, however many
     """
@@ -99,13 +98,16 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     InputError
         Settings of annealing for a method that does not anneal.
     """
-    given = {name: value for name, value in (("chains", chains), ("levels", levels)) if value is not None}
-    if not given:
+    if chains is None and levels is None:
         return None
-    if method not in METHODS or method in ("auto", "dictionary"):
-        raise InputError(f"--{next(iter(given))} is for annealing; add --method anneal, or leave it out")
-    settings: Settings = METHODS_BY_NAME[method].settings(**given)
-    return settings
+    if method not in ("anneal", "anneal-separable"):
+        name = "chains" if chains is not None else "levels"
+        raise InputError(f"--{name} is for annealing; add --method anneal, or leave it out")
+    usual = Settings()
+    return Settings(
+        chains=usual.chains if chains is None else chains,
+        levels=usual.levels if levels is None else levels,
+    )
 
 
 def fit_content(fit: Fit) -> dict[str, Any]:

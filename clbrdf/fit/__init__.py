@@ -19,12 +19,13 @@ from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.result import STATUSES, Fit
 from clbrdf.fit.solve import solve
+from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
-__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "fit"]
+__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "TemperingSettings", "fit"]
 
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
@@ -41,7 +42,7 @@ def fit(
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str = DEFAULT_MODEL,
-    settings: Settings | DictionarySettings | None = None,
+    settings: Settings | TemperingSettings | DictionarySettings | None = None,
     device: Device | None = None,
     report: Report = silent,
 ) -> Fit:
@@ -63,7 +64,7 @@ def fit(
     bounds : mapping of str to (float, float), optional
         Limits that replace those of the model's table.
     model : str
-    settings : Settings or DictionarySettings, optional
+    settings : Settings, TemperingSettings or DictionarySettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional
