@@ -33,6 +33,7 @@ def command(
     weights: str = WEIGHTS[0],
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
+    smooth: float | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -57,6 +58,9 @@ def command(
         name=lower:upper in place of the model's limits, as often as needed
     model
         name of the model
+    smooth
+        tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
+        10 nm, for instance 0.01; off by default
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -77,11 +81,13 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=model,
+            smooth=smooth,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
+    options["smooth"] = smooth
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
