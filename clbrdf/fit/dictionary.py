@@ -15,6 +15,7 @@ No random numbers are drawn. Source of the separation: Golub and Pereyra, SIAM J
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +32,9 @@ Array = npt.NDArray[np.float64]
 
 MOST_INCIDENT = 12
 """Incident directions with an amplitude of their own; where there are more, neighbours share one."""
+
+THREADS = 4
+"""At work on chunks of wavelengths; a fixed number, so that chunks do not depend on the machine."""
 
 CHUNK_BYTES = 64 << 20
 """Of the sums of one chunk of wavelengths."""
@@ -106,12 +110,17 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     near = np.abs(grid_places[:, None] - grid_places[None]).max(axis=-1) <= 1
     lobes = structure.lobes(shapes, problem.features)
     incident = _incident_groups(problem)
-    size = max(1, CHUNK_BYTES // (8 * 6 * len(shapes) * (incident.max() + 1)))
-    parts = []
-    for first in range(0, w, size):
+    size = max(1, min(CHUNK_BYTES // (8 * 6 * len(shapes) * (incident.max() + 1)), -(-w // THREADS)))
+
+    def part(first: int) -> tuple[Array, npt.NDArray[np.bool_]]:
         rows = slice(first, min(first + size, w))
-        parts.append(_look_up(problem, rows, settings, structure, limits, shapes, near, lobes, incident))
-        report(rows.stop, w)
+        return _look_up(problem, rows, settings, structure, limits, shapes, near, lobes, incident)
+
+    parts = []
+    with ThreadPoolExecutor(THREADS) as threads:  # NumPy lets go of Python's lock
+        for found in threads.map(part, range(0, w, size)):
+            parts.append(found)
+            report(min(len(parts) * size, w), w)
     return Candidates(
         coordinates=np.concatenate([starts for starts, _ in parts]),
         evaluations=np.full(w, len(shapes), dtype=np.int64),
@@ -170,19 +179,19 @@ def _look_up(
 
     mean = problem.target[rows].sum(axis=1) / problem.scale[rows].sum(axis=1)
     rest = np.maximum(rest, SMALLEST_DIFFUSE * mean[:, None, None])
-    q = np.empty((*energy.shape, len(model.parameters)))
+    q = np.empty((len(model.parameters), *energy.shape))
     for k, place in enumerate(model.places(structure.shape)):
-        q[..., place] = model.parameters[place].to_coordinate(shapes[chosen, k])[..., None]
+        q[place] = model.parameters[place].to_coordinate(shapes[chosen, k])[..., None]
     for k, place in enumerate(model.places(structure.growth)):
-        q[..., place] = model.parameters[place].to_coordinate(growths[..., k])
+        q[place] = model.parameters[place].to_coordinate(growths[..., k])
     weight_place, rest_place = model.places(structure.linear)
-    q[..., weight_place] = np.log2(np.maximum(weight, 1e-300)) - top * np.log2(np.e)
-    q[..., rest_place] = model.parameters[rest_place].to_coordinate(rest / structure.diffuse)
+    q[weight_place] = np.log2(np.maximum(weight, 1e-300)) - top * np.log2(np.e)
+    q[rest_place] = model.parameters[rest_place].to_coordinate(rest / structure.diffuse)
     w = len(energy)
     lowest = energy.reshape(w, -1).min(axis=1)
     without = sums.data_data - sums.one_data.sum(axis=0) ** 2 / sums.one_one.sum(axis=0)
     weak = np.count_nonzero(problem.scale[rows], axis=1) * (without - lowest) < WEAK * lowest
-    starts = _starts(problem, energy.reshape(w, -1), q.reshape(w, -1, q.shape[-1]), settings.starts)
+    starts = _starts(problem, energy.reshape(w, -1), q.reshape(len(q), w, -1), settings.starts)
     return starts, weak
 
 
@@ -197,14 +206,16 @@ def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt
 
 
 def _starts(problem: Problem, energy: Array, q: Array, count: int) -> Array:
-    """Coordinates (w, count, P) of the lowest of candidates (w, C, P) that lie apart from each other."""
-    span = problem.upper - problem.lower
-    unit = np.clip((q - problem.lower) / span, 0.0, 1.0)
-    unit = np.round(unit / ROUNDING) * ROUNDING
-    rows, open_energy, out = np.arange(len(q)), np.where(np.isfinite(energy), energy, np.inf), []
+    """Coordinates (w, count, P) of the lowest of candidates (P, w, C) that lie apart from each other."""
+    low, span = problem.lower[:, None, None], (problem.upper - problem.lower)[:, None, None]
+    unit = np.round(np.clip((q - low) / span, 0.0, 1.0) / ROUNDING) * ROUNDING
+    rows, open_energy, out = np.arange(len(energy)), np.where(np.isfinite(energy), energy, np.inf), []
     for _ in range(count):
-        lowest = open_energy.argmin(axis=1)
-        out.append(unit[rows, lowest])
-        open_energy[(np.abs(unit - out[-1][:, None]) < APART).all(axis=-1)] = np.inf
-    starts: Array = problem.lower + span * np.stack(out, axis=1)
+        lowest = unit[:, rows, open_energy.argmin(axis=1)]
+        out.append(lowest.T)
+        near = np.ones(open_energy.shape, dtype=np.bool_)
+        for coordinate, chosen in zip(unit, lowest, strict=True):
+            near &= np.abs(coordinate - chosen[:, None]) < APART
+        open_energy[near] = np.inf
+    starts: Array = problem.lower + (problem.upper - problem.lower) * np.stack(out, axis=1)
     return starts
