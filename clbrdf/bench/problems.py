@@ -132,6 +132,15 @@ RECIPES = (
         parameters={"a": -6.4, "b": 0.93, "c": -45.0, "d": 0.58, "ks": 150.0, "kd": 2e-4},
     ),
     Recipe(
+        "two-basins",
+        "ln F nearly straight in cosθi: two minima, b on either side, 1 to 3 % apart",
+        0.03,
+        incident=(10.0, 30.0, 50.0, 70.0),
+        view=(0.0, 80.0, 3.0),
+        wavelengths=4,
+        parameters={"a": 0.6, "b": 2.0, "c": -32.0, "d": 0.87, "ks": 0.05, "kd": 0.05},
+    ),
+    Recipe(
         "hemisphere",
         "four incident angles, out of the plane, 7 % noise",
         0.07,

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
+from clbrdf.cli.check import check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
@@ -37,8 +38,10 @@ def command(
     device: DeviceName = None,
     json: JsonFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
+    check: Annotated[bool, Parameter(negative="")] = False,
+    check_wavelengths: str | None = None,
     overwrite: Overwrite = False,
-) -> None:
+) -> int:
     """Fit the model at every wavelength of a scan; print the table and write the fit.
 
     Parameters
@@ -62,11 +65,17 @@ def command(
         temperature levels
     all_rows
         print every wavelength, however many
+    check
+        search the optimum again with two independent optimizers at a sample of wavelengths and print a
+        verdict for each; exit status 1 where the fit is worse
+    check_wavelengths
+        how many of them, 8 if not given, or all; means --check
     """
     check_apart([output, json], [scan])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
+    checked = check_count(check, check_wavelengths)
     measured = Scan.open(scan)
     rules = Settings()
     rules = replace(rules, chains=rules.chains if chains is None else chains)
@@ -87,9 +96,12 @@ def command(
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
-    if json is not None:
-        whole_text(json, fit_content(result), overwrite)
     print_fit(str(target), result, all_rows)
+    verdicts = run_check(result, checked)
+    if json is not None:
+        told = {"check": check_content(verdicts)} if verdicts else {}
+        whole_text(json, {**fit_content(result), **told}, overwrite)
+    return int(any(verdict.word == "worse" for verdict in verdicts))
 
 
 def fit_content(fit: Fit) -> dict[str, Any]:

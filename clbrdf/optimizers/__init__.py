@@ -78,7 +78,13 @@ OPTIMIZERS = {
 
 
 def minimise(
-    name: str, objective: Values, *, evaluations: int, seed: int = 0, target: float = -np.inf
+    name: str,
+    objective: Values,
+    *,
+    evaluations: int,
+    seed: int = 0,
+    target: float = -np.inf,
+    seconds: float = np.inf,
 ) -> Trace:
     """Minimise an objective within its limits.
 
@@ -94,6 +100,8 @@ def minimise(
         0 or more. The same seed gives the same points (not the same times).
     target : float
         Stop at the first E at or below it.
+    seconds : float
+        Stop at the first evaluation after so much wall time; it makes runs differ from one another.
 
     Raises
     ------
@@ -108,7 +116,7 @@ def minimise(
         raise InputError(f"seed is {seed}; give 0 or more")
     if OPTIMIZERS[name].gradient and not hasattr(objective, "value_and_gradient"):
         raise InputError(f"optimizer {name} uses derivatives, and this objective has none")
-    optimizer, recorder, attempt = OPTIMIZERS[name], Recorder(objective, evaluations, target), 0
+    optimizer, recorder, attempt = OPTIMIZERS[name], Recorder(objective, evaluations, target, seconds), 0
     while not recorder.finished:
         before = recorder.spent
         state = np.random.SeedSequence([seed, attempt]).generate_state(1)[0]

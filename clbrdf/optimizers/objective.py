@@ -92,6 +92,12 @@ class NumpyObjective:
             residual -= self.target
             return tamed(np.einsum("kn,kn->k", residual, residual))
 
+    def at_parameters(self, parameters: Array) -> float:
+        """E at parameters (P,) in the units of the table, exactly these; NaN where they are NaN."""
+        with np.errstate(all="ignore"):
+            residual = self.model.brdf(parameters[None, :], self.features) * self.scale - self.target
+            return float(residual @ residual)
+
     def value_and_gradient(self, q: Array) -> tuple[float, Array]:
         """E and ∂E/∂q (P,); where E is HUGE, the gradient is 0."""
         with np.errstate(all="ignore"):

@@ -74,12 +74,16 @@ class Recorder:
         Budget.
     target : float
         Stop at the first E at or below it.
+    seconds : float
+        Stop at the first evaluation after so much wall time.
     """
 
-    def __init__(self, objective: Values, evaluations: int, target: float = -np.inf) -> None:
+    def __init__(
+        self, objective: Values, evaluations: int, target: float = -np.inf, seconds: float = np.inf
+    ) -> None:
         self.objective, self.budget, self.target = cast(Objective, objective), evaluations, target
         self.lower, self.upper = objective.lower, objective.upper
-        self.spent, self.best = 0, np.inf
+        self.spent, self.best, self._seconds = 0, np.inf, seconds
         self.coordinates = 0.5 * (self.lower + self.upper)
         self._notes: list[tuple[int, float, float]] = []
         self._start = time.perf_counter()
@@ -87,8 +91,9 @@ class Recorder:
 
     @property
     def finished(self) -> bool:
-        """Whether the budget is spent or the target reached."""
-        return self.spent >= self.budget or self.best <= self.target
+        """Whether the budget is spent, the time is over, or the target reached."""
+        over = time.perf_counter() - self._start > self._seconds
+        return over or self.spent >= self.budget or self.best <= self.target
 
     @property
     def left(self) -> int:
