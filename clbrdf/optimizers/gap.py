@@ -17,3 +17,8 @@ def relative_gap(E: npt.ArrayLike, reference: npt.ArrayLike) -> npt.NDArray[np.f
     value, best = np.asarray(E, dtype=np.float64), np.asarray(reference, dtype=np.float64)
     gap: npt.NDArray[np.float64] = (value - best) / np.maximum(best, SMALLEST)
     return np.where(np.isfinite(value), gap, np.inf)
+
+
+def target_value(reference: float, gap: float) -> float:
+    """Return the E that stands a gap above a reference."""
+    return reference + gap * max(reference, SMALLEST)
