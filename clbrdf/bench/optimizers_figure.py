@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -70,7 +70,7 @@ def optimizers_figure(table: Sequence[Costs], parameters: int, subtitle: str) ->
     return figure
 
 
-def _style(rank: int, contender: str) -> dict[str, object]:
+def _style(rank: int, contender: str) -> dict[str, Any]:
     ours = contender in METHODS
     return {
         "label": title(contender),
@@ -88,7 +88,7 @@ def _grid(costs: Sequence[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
     return np.geomspace(max(0.7 * reached.min(), 1e-9), 1.5 * reached.max(), POINTS)
 
 
-def _draw_ecdf(axes: Axes, ranked: Sequence[Costs], styles: dict[str, dict[str, object]], axis: str) -> None:
+def _draw_ecdf(axes: Axes, ranked: Sequence[Costs], styles: dict[str, dict[str, Any]], axis: str) -> None:
     grid = _grid([c.of(axis)[0] for c in ranked])
     for costs in ranked:
         to_target, style = costs.of(axis)[0], styles[costs.contender]

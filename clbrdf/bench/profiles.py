@@ -91,7 +91,8 @@ def expected_running_time(costs: Costs, axis: str) -> Array:
     reached = np.isfinite(to_target)
     total = np.where(reached, to_target, whole[:, :, None]).sum(axis=(0, 1))
     hits = reached.sum(axis=(0, 1))
-    return np.divide(total, hits, out=np.full(len(hits), np.inf), where=hits > 0)
+    ert: Array = np.divide(total, hits, out=np.full(len(hits), np.inf), where=hits > 0)
+    return ert
 
 
 def ecdf(to_target: Array, grid: Array) -> Array:
@@ -109,8 +110,7 @@ def ecdf_band(to_target: Array, grid: Array, seed: int = 0) -> tuple[Array, Arra
     for k in range(RESAMPLES):
         rows = rng.integers(i, size=i)
         draws[k] = ecdf(to_target[rows[:, None], rng.integers(s, size=(i, s))], grid)
-    low, high = np.percentile(draws, BAND, axis=0)
-    return low, high
+    return np.percentile(draws, BAND[0], axis=0), np.percentile(draws, BAND[1], axis=0)
 
 
 def data_profile(costs: Costs, target: float, grid: Array, parameters: int) -> Array:

@@ -16,7 +16,9 @@ QUALITY = 1e-6
 
 ROUGH = 1e-3
 RELIABLE = 0.995
-"""Share of runs from which a contender counts as always there; at least 1 miss in 200 is allowed."""
+"""Share of runs from which a contender counts as sure: one miss in 200 is allowed."""
+
+SURE = f"{100.0 * RELIABLE:g} % of runs or more"
 
 
 def verdict(table: Sequence[Costs], budget: int) -> str:
@@ -30,6 +32,7 @@ def verdict(table: Sequence[Costs], budget: int) -> str:
     peers = [c.contender for c in table if c.contender in OPTIMIZERS]
     ours = [c.contender for c in table if c.contender in METHODS]
     seconds = costs["seconds"]
+    wavelengths = max((len(c.problems) for c in table), default=0)
     runs = max((c.spent.size for c in table), default=0)
 
     def told(name: str) -> str:
@@ -41,12 +44,12 @@ def verdict(table: Sequence[Costs], budget: int) -> str:
 
     sure = sorted((n for n in peers + ours if rates[n][at] >= RELIABLE), key=lambda n: seconds[n])
     out = [
-        f"Over {len(set(zip(*_places(table), strict=True)))} wavelengths, up to {runs} runs a contender and"
+        f"Over {wavelengths} wavelengths, up to {runs} runs a contender and"
         f" {budget} evaluations a run, "
         + (
-            f"a gap of {QUALITY:g} was reached practically always by {_list([told(n) for n in sure])}."
+            f"a gap of {QUALITY:g} was reached in {SURE} by {_list([told(n) for n in sure])}."
             if sure
-            else f"nobody reached a gap of {QUALITY:g} practically always."
+            else f"nobody reached a gap of {QUALITY:g} in {SURE}."
         )
     ]
     for derivatives, words in ((True, "With derivatives"), (False, "Without derivatives")):
@@ -103,18 +106,15 @@ def title(name: str) -> str:
     return OPTIMIZERS[name].title if name in OPTIMIZERS else f"clbrdf {name}"
 
 
-def _places(table: Sequence[Costs]) -> tuple[list[str], list[float]]:
-    widest = max(table, key=lambda c: len(c.problems), default=None)
-    return ([], []) if widest is None else (widest.problems.tolist(), widest.wavelengths.tolist())
-
-
 def _percent(share: float) -> str:
     """Return a share; less than all is never told as 100 %."""
     return "100 %" if share == 1.0 else f"{min(99.9, 100.0 * share):.3g} %"
 
 
 def _time(seconds: float) -> str:
-    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{1e3 * seconds:.2g} ms"
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
+    return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.2g} ms"
 
 
 def _list(words: Sequence[str]) -> str:
