@@ -108,8 +108,8 @@ def ecdf_band(to_target: Array, grid: Array, seed: int = 0) -> tuple[Array, Arra
     i, s, _ = to_target.shape
     draws = np.empty((RESAMPLES, len(grid)))
     for k in range(RESAMPLES):
-        rows = rng.integers(i, size=i)
-        draws[k] = ecdf(to_target[rows[:, None], rng.integers(s, size=(i, s))], grid)
+        rows = rng.integers(i, size=(i, 1))
+        draws[k] = ecdf(to_target[rows, rng.integers(s, size=(i, s))], grid)
     return np.percentile(draws, BAND[0], axis=0), np.percentile(draws, BAND[1], axis=0)
 
 
