@@ -15,8 +15,10 @@ from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
+from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.methods import METHODS as METHODS_BY_NAME
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
@@ -49,7 +51,7 @@ def command(
     scan
         scan file
     method
-        auto or anneal
+        auto, dictionary, anneal-separable, tempering or anneal
     seed
         of the random numbers; the same seed gives the same file, byte for byte
     weights
@@ -77,9 +79,6 @@ def command(
         check_output(json, overwrite)
     checked = check_count(check, check_wavelengths)
     measured = Scan.open(scan)
-    rules = Settings()
-    rules = replace(rules, chains=rules.chains if chains is None else chains)
-    rules = replace(rules, levels=rules.levels if levels is None else levels)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
             measured,
@@ -88,7 +87,7 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=model,
-            settings=rules,
+            settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
@@ -102,6 +101,23 @@ def command(
         told = {"check": check_content(verdicts)} if verdicts else {}
         whole_text(json, {**fit_content(result), **told}, overwrite)
     return int(any(verdict.word == "worse" for verdict in verdicts))
+
+
+def _settings(method: str, chains: int | None, levels: int | None) -> Settings | None:
+    """Return settings of an annealing method, None where nothing is asked for.
+
+    Raises
+    ------
+    InputError
+        Settings of annealing for a method that does not anneal.
+    """
+    given = {name: value for name, value in (("chains", chains), ("levels", levels)) if value is not None}
+    if not given:
+        return None
+    if method not in METHODS or method in ("auto", "dictionary"):
+        raise InputError(f"--{next(iter(given))} is for annealing; add --method anneal, or leave it out")
+    settings: Settings = METHODS_BY_NAME[method].settings(**given)
+    return settings
 
 
 def fit_content(fit: Fit) -> dict[str, Any]:
@@ -124,6 +140,11 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.relative_rms_by_incident_angle.T.tolist(),
         "status": fit.status.tolist(),
+        "correlation": fit.correlation.tolist(),
+        "condition": fit.condition.tolist(),
+        "remarks": list(fit.remarks),
+        "starts": fit.starts.tolist(),
+        "agreeing": fit.agreeing.tolist(),
         "evaluations": fit.evaluations.tolist(),
         "acceptance": fit.acceptance.tolist(),
         "not_finite": fit.not_finite.tolist(),

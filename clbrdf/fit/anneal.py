@@ -61,6 +61,14 @@ class Settings:
         if not 0.0 < self.fastest <= self.slowest < 1.0:
             raise InputError("cooling factors have to satisfy 0 < fastest ≤ slowest < 1")
 
+    def cost(self, directions: int, parameters: int) -> tuple[int, int]:
+        """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
+        return 24 * directions + 256 * self.chains, directions * self.chains * self.sweeps * parameters
+
+    def deeper(self) -> None:
+        """Return None: there is no second look."""
+        return
+
 
 def search(problem: Problem, settings: Settings, seed: int, report: Report) -> Candidates:
     """Anneal every wavelength of a problem; return the best states of the best chains.
@@ -120,4 +128,5 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
         evaluations=np.full(w, moves + groups * width, dtype=np.int64),
         acceptance=taken / moves,
         not_finite=not_finite,
+        doubtful=np.zeros(w, dtype=np.bool_),
     )

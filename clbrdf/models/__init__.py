@@ -16,7 +16,8 @@ DEFAULT_MODEL = "wang2013"
 
 def model_names() -> tuple[str, ...]:
     """Names of all models in this package."""
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name != "model"))
+    modules = (m.name for m in pkgutil.iter_modules(__path__))
+    return tuple(sorted(name for name in modules if name != "model" and not name.endswith("structure")))
 
 
 @cache
