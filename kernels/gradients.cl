@@ -5,7 +5,8 @@
 //   coordinates  (G, P)       in vectors of WIDTH points
 //   out          (G, 1 + P)   E, then the derivatives, in vectors of WIDTH
 //
-// Work item g: lanes are WIDTH points.
+// Work item g: lanes are WIDTH points. Tangents are summed within an incident direction, and spread over the
+// parameters once for each.
 kernel void gradients(global const real *restrict rows, global const uint *restrict starts,
                       const uint incident_groups, global const real *restrict target,
                       global const real *restrict scale, global const real *restrict coordinates,
@@ -20,13 +21,18 @@ kernel void gradients(global const real *restrict rows, global const uint *restr
     realv E = (realv)0.0;
     for (uint i = 0; i < incident_groups; ++i) {
         model_incident(&m, geometry_of(rows, starts[i]));
+        realv with_residual[TANGENTS];
+        for (int k = 0; k < TANGENTS; ++k) with_residual[k] = (realv)0.0;
         for (uint n = starts[i]; n < starts[i + 1]; ++n) {
             const realv s = (realv)scale[n];
-            realv gradient[P];
-            const realv r = s * model_gradient(&m, geometry_of(rows, n), gradient) - (realv)target[n];
+            realv tangent[TANGENTS];
+            const realv r = s * model_tangents(&m, geometry_of(rows, n), tangent) - (realv)target[n];
             E += r * r;
-            for (int j = 0; j < P; ++j) sums[j] += r * s * gradient[j];
+            for (int k = 0; k < TANGENTS; ++k) with_residual[k] += r * s * tangent[k];
         }
+        realv factor[P];
+        model_factors(&m, factor);
+        for (int j = 0; j < P; ++j) sums[j] += factor[j] * with_residual[tangent_of[j]];
     }
     STORE(E, g * (P + 1), out);
     for (int j = 0; j < P; ++j)

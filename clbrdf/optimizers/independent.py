@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.optimizers import minimise
-from clbrdf.optimizers.linear import linear_parameters
 from clbrdf.optimizers.objective import NumpyObjective, Values
 from clbrdf.optimizers.refine import refine
 from clbrdf.optimizers.separable import SeparableObjective
@@ -63,7 +62,7 @@ def search_twice(objective: NumpyObjective, seed: int = 0, effort: float = 1.0) 
         evaluations=max(1, round(effort * EVALUATIONS["least-squares"])),
         seed=seed,
     )
-    separable = SeparableObjective(objective) if linear_parameters(objective.model) else None
+    separable = SeparableObjective(objective) if objective.linear else None
     reduced: Values = separable or objective
     second = minimise(
         "evolution", reduced, evaluations=max(1, round(effort * EVALUATIONS["evolution"])), seed=seed

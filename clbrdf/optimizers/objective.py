@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
 from clbrdf.models import Model
-from clbrdf.optimizers.linear import linear_parameters
 
 Array = npt.NDArray[np.float64]
 
@@ -82,7 +81,8 @@ class NumpyObjective:
         self.features = np.ascontiguousarray(problem.features[used])
         self.scale, self.target = problem.scale[wavelength][used], problem.target[wavelength][used]
         self.lower, self.upper = problem.lower, problem.upper
-        self._linear = list(linear_parameters(problem.model))
+        structure = problem.model.structure
+        self.linear = [] if structure is None else problem.model.places(structure.linear)
 
     def values(self, q: Array) -> Array:
         """E (K,) of coordinates (K, P)."""
@@ -113,8 +113,8 @@ class NumpyObjective:
         with np.errstate(all="ignore"):
             p = self.coordinates.values(q)
             jacobian = self.model.jacobian(p[None, :], self.features)
-            if self._linear:  # f comes with its derivatives
-                f = jacobian[:, self._linear] @ p[self._linear]
+            if self.linear:  # f = Σ p ∂f/∂p over the linear parameters comes with its derivatives
+                f = jacobian[:, self.linear] @ p[self.linear]
             else:
                 f = self.model.brdf(p[None, :], self.features)
             jacobian *= self.scale[:, None]

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.optimizers.linear import linear_parameters
 from clbrdf.optimizers.objective import NumpyObjective, tamed
 
 Array = npt.NDArray[np.float64]
@@ -29,14 +28,14 @@ class SeparableObjective:
     Raises
     ------
     InputError
-        The model has no linear parameters.
+        The model does not tell its linear parameters (clbrdf.models.structure).
     """
 
     def __init__(self, whole: NumpyObjective) -> None:
         self.whole = whole
-        self.linear = np.array(linear_parameters(whole.model), dtype=np.intp)
+        self.linear = np.array(whole.linear, dtype=np.intp)
         if len(self.linear) == 0:
-            raise InputError(f"model {whole.model.name} has no linear parameters to solve for")
+            raise InputError(f"model {whole.model.name} tells of no linear parameters to solve for")
         self.free = np.setdiff1d(np.arange(len(whole.lower)), self.linear)
         self.lower, self.upper = whole.lower[self.free], whole.upper[self.free]
         ends = whole.coordinates.values(np.stack([whole.lower, whole.upper]))[:, self.linear]

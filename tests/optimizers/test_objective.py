@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from clbrdf import InputError
 from clbrdf.fit.problem import make_problem
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.optimizers.linear import linear_parameters
+from clbrdf.optimizers.independent import search_twice
 from clbrdf.optimizers.objective import HUGE, NumpyObjective
 from clbrdf.optimizers.separable import SeparableObjective, box_least_squares
 from tests.reference import naive
@@ -87,8 +88,18 @@ def test_what_is_not_finite_is_huge(problem):
     assert (gradient == 0.0).all()
 
 
-def test_ks_and_kd_are_found_to_be_linear():
-    assert [MODEL.names[j] for j in linear_parameters(MODEL)] == ["ks", "kd"]
+def test_a_model_that_tells_of_no_structure_is_served_too(problem):
+    plain = NumpyObjective(replace(problem[1], model=replace(MODEL, structure=None)), 1)
+    for q in points(problem[1], 3):
+        E, gradient = plain.value_and_gradient(q)
+        expected, slope = NumpyObjective(problem[1], 1).value_and_gradient(q)
+        assert pytest.approx(expected, rel=1e-12) == E
+        np.testing.assert_allclose(gradient, slope, rtol=1e-9)
+    with pytest.raises(InputError, match="tells of no linear parameters"):
+        SeparableObjective(plain)
+    found = search_twice(plain, effort=0.01)
+    assert [f.optimizer for f in found] == ["least-squares", "evolution"]
+    assert all(np.isfinite(f.objective) for f in found)
 
 
 def test_the_separable_objective_is_the_minimum_over_ks_and_kd(problem):
