@@ -72,9 +72,9 @@ class Rules:
     objective: str = "numpy"
 
     def __post_init__(self) -> None:
-        for name, known in ((n, OPTIMIZERS) for n in self.optimizers):
-            if name not in known:
-                raise InputError(f"no optimizer is called {name!r}; there are {', '.join(known)}")
+        for name in self.optimizers:
+            if name not in OPTIMIZERS:
+                raise InputError(f"no optimizer is called {name!r}; there are {', '.join(OPTIMIZERS)}")
         for name in self.methods:
             if name not in METHODS:
                 raise InputError(f"no method is called {name!r}; there are {', '.join(METHODS)}")

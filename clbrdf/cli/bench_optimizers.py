@@ -123,12 +123,13 @@ def bench_optimizers(
     _print_contenders(table)
     _print_problems(tasks, table)
     words = verdict(table, rules.evaluations)
+    fitted = " or ".join(str(n) for n in sorted({len(task.reference) for task in tasks}))
     stdout_console().print(words + "\n")
     stdout_console().print(
         "ERT: evaluations, or seconds, of all runs over the number of successes; ∞ where there is none. A"
         " value with its gradient counts as two. Optimizers run on one core each, several at a time, at most"
-        f" {LONGEST:g} s a run; methods of clbrdf fit all wavelengths at once on the whole device, and their"
-        " cost is that of a whole fit."
+        f" {LONGEST:g} s a run. Methods of clbrdf fit the wavelengths of a problem at once on the whole device,"
+        f" here {fitted}, and a fit costs what it costs whatever the target; many at once cost less each."
     )
     if png is not None:
         save_figure(optimizers_figure(table, len(get_model().parameters), said), png, overwrite)
@@ -155,8 +156,10 @@ def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
         places = _spread(np.arange(len(reference)), wavelengths)
         some = replace(problem, scan=problem.scan.columns(places))
         tasks.append(Task(some, reference[places]))
-    scans = []
+    scans: list[BenchProblem] = []
     for path in options.scan:
+        if any(scan.name == f"{path.stem} (scan)" for scan in scans):
+            raise InputError(f"{path}: another scan of this command is called {path.stem}, too; rename one")
         scan = Scan.open(path)
         usable = np.flatnonzero((~scan.mask).any(axis=0))
         if len(usable) == 0:
@@ -197,7 +200,7 @@ def _print_contenders(table: Sequence[Costs]) -> None:
         rates, ert = success_rates(costs), expected_running_time(costs, "evaluations")
         seconds = expected_running_time(costs, "seconds")[at]
         runs = costs.spent.size
-        never = f"∞ (0/{runs})"
+        never = f"∞ 0/{runs}"
         rows.append(
             [
                 title(costs.contender),

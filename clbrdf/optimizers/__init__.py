@@ -70,7 +70,7 @@ OPTIMIZERS = {
         Optimizer("dual-annealing", "scipy dual_annealing", annealing.run),
         Optimizer("evolution", "scipy differential_evolution", evolution.run),
         Optimizer("shgo", "scipy shgo", homology.run, gradient=True, random=False),
-        Optimizer("least-squares", "scipy least_squares, multi-start", multi_start.run, gradient=True),
+        Optimizer("least-squares", "scipy least_squares multi-start", multi_start.run, gradient=True),
         Optimizer("random", "random search", random_search.run),
     )
 }

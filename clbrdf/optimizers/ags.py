@@ -1,4 +1,4 @@
-"""Reduction to one dimension along a Peano curve, with estimated Lipschitz constants (nlopt).
+"""Reduction to one dimension along a Hilbert curve, with estimated Lipschitz constants (nlopt).
 
 Source: Strongin and Sergeyev, Global Optimization with Non-Convex Constraints (2000).
 """

@@ -101,9 +101,11 @@ class NumpyObjective:
     def value_and_gradient(self, q: Array) -> tuple[float, Array]:
         """E and ∂E/∂q (P,); where E is HUGE, the gradient is 0."""
         with np.errstate(all="ignore"):
-            r, jacobian = self.residuals(q)
+            p = self.coordinates.values(q)
+            f, jacobian = self._value_and_jacobian(p)
+            r = f * self.scale - self.target
             E = float(r @ r)
-            gradient = 2.0 * (r @ jacobian)
+            gradient = ((2.0 * self.scale * r) @ jacobian) * self.coordinates.slopes(p)
         if not (E < HUGE and np.isfinite(gradient).all()):
             return min(E, HUGE) if E == E else HUGE, np.zeros_like(q)
         return E, gradient
@@ -112,14 +114,16 @@ class NumpyObjective:
         """r (N,) and ∂r/∂q (N, P); not finite where the model is not."""
         with np.errstate(all="ignore"):
             p = self.coordinates.values(q)
-            jacobian = self.model.jacobian(p[None, :], self.features)
-            if self.linear:  # f = Σ p ∂f/∂p over the linear parameters comes with its derivatives
-                f = jacobian[:, self.linear] @ p[self.linear]
-            else:
-                f = self.model.brdf(p[None, :], self.features)
-            jacobian *= self.scale[:, None]
-            jacobian *= self.coordinates.slopes(p)
+            f, jacobian = self._value_and_jacobian(p)
+            jacobian *= self.scale[:, None] * self.coordinates.slopes(p)
             return f * self.scale - self.target, jacobian
+
+    def _value_and_jacobian(self, p: Array) -> tuple[Array, Array]:
+        """f (N,) and ∂f/∂p (N, P) at parameters (P,)."""
+        jacobian = self.model.jacobian(p[None, :], self.features)
+        if self.linear:  # f = Σ p ∂f/∂p over the linear parameters comes with its derivatives
+            return jacobian[:, self.linear] @ p[self.linear], jacobian
+        return self.model.brdf(p[None, :], self.features), jacobian
 
 
 def tamed(values: Array) -> Array:

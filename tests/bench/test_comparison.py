@@ -113,9 +113,7 @@ def test_words_follow_the_numbers():
     table = [costs_of(sure + poor + ours, name) for name in ("least-squares", "crs2", "anneal")]
     words = verdict(table, 400)
     assert words.startswith("Over 2 wavelengths, up to 8 runs a contender and 400 evaluations a run, a gap")
-    assert (
-        "of 1e-06 was reached in 99.5 % of runs or more by scipy least_squares, multi-start (100 %" in words
-    )
+    assert "of 1e-06 was reached in 99.5 % of runs or more by scipy least_squares multi-start (100 %" in words
     assert "Without derivatives none reached it in half of its runs; the best is nlopt CRS2-LM" in words
     assert "Less than half of their runs came within 0.001: nlopt CRS2-LM." in words
     assert "use clbrdf anneal" in words
@@ -246,10 +244,10 @@ class TestCommand:
         assert (status, err) == (0, "")
         assert max(len(line) for line in out.splitlines()[2:]) <= 100
         for text in (
-            "scipy least_squares, multi-start",
+            "scipy least_squares multi-start",
             "random search",
             "clbrdf anneal",
-            "∞ (0/2)",
+            "∞ 0/2",
             "tin foil",
         ):
             assert text in out

@@ -9,9 +9,13 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, InputError
+from clbrdf.bench.problems import problem_set
+from clbrdf.bench.references import problem_of, reference_of
 from clbrdf.formats.columns import read_columns
 from clbrdf.optimizers.check import TOLERANCE, check_fit, sample_places
 from clbrdf.optimizers.gap import relative_gap
+from clbrdf.optimizers.independent import search_twice
+from clbrdf.optimizers.objective import NumpyObjective
 
 # What the brief allows annealing alone; every other method has to reach the optimum.
 ALLOWED = {"anneal": 1e-3}
@@ -93,6 +97,16 @@ def test_processes_do_not_change_the_verdicts(fit):
 def test_gaps_have_a_floor():
     np.testing.assert_allclose(relative_gap([2.0, 1e-18, 0.0], [1.0, 0.0, 0.0]), [1.0, 1e-6, 0.0])
     assert relative_gap(np.nan, 1.0) == np.inf
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("problem", problem_set(), ids=lambda problem: problem.name)
+def test_each_search_reaches_the_reference_by_itself(problem):
+    reference, whole = reference_of(problem), problem_of(problem.scan)
+    jobs = [(NumpyObjective(whole, w), seed) for w in range(len(reference)) for seed in (1, 2)]
+    for k, (objective, seed) in enumerate(jobs):
+        for found in search_twice(objective, seed):
+            assert relative_gap(found.objective, reference[k // 2]) <= TOLERANCE, (found, seed)
 
 
 FILES = {
