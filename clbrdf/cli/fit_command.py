@@ -18,7 +18,6 @@ from clbrdf.device import choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
-from clbrdf.fit.methods import METHODS as METHODS_BY_NAME
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
@@ -35,6 +34,7 @@ def command(
     weights: str = WEIGHTS[0],
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
+    smooth: float | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -61,10 +61,13 @@ def command(
         name=lower:upper in place of the model's limits, as often as needed
     model
         name of the model
+    smooth
+        tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
+        10 nm, for instance 0.01; off by default
     chains
-        annealing chains a wavelength
+        annealing chains a wavelength (--method anneal and anneal-separable)
     levels
-        temperature levels
+        temperature levels (--method anneal and anneal-separable)
     all_rows
         print every wavelength, however many
     check
@@ -87,11 +90,13 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=model,
+            smooth=smooth,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
+    options["smooth"] = smooth
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
@@ -111,13 +116,16 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     InputError
         Settings of annealing for a method that does not anneal.
     """
-    given = {name: value for name, value in (("chains", chains), ("levels", levels)) if value is not None}
-    if not given:
+    if chains is None and levels is None:
         return None
-    if method not in METHODS or method in ("auto", "dictionary"):
-        raise InputError(f"--{next(iter(given))} is for annealing; add --method anneal, or leave it out")
-    settings: Settings = METHODS_BY_NAME[method].settings(**given)
-    return settings
+    if method not in ("anneal", "anneal-separable"):
+        name = "chains" if chains is not None else "levels"
+        raise InputError(f"--{name} is for annealing; add --method anneal, or leave it out")
+    usual = Settings()
+    return Settings(
+        chains=usual.chains if chains is None else chains,
+        levels=usual.levels if levels is None else levels,
+    )
 
 
 def fit_content(fit: Fit) -> dict[str, Any]:

@@ -18,13 +18,16 @@ from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.result import STATUSES, Fit
-from clbrdf.fit.solve import solve
+from clbrdf.fit.smooth import smooth as smooth_out
+from clbrdf.fit.smooth import start_each_other
+from clbrdf.fit.solve import joined, solve
+from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
-__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "fit"]
+__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "TemperingSettings", "fit"]
 
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
@@ -41,7 +44,8 @@ def fit(
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str = DEFAULT_MODEL,
-    settings: Settings | DictionarySettings | None = None,
+    smooth: float | None = None,
+    settings: Settings | TemperingSettings | DictionarySettings | None = None,
     device: Device | None = None,
     report: Report = silent,
 ) -> Fit:
@@ -63,7 +67,11 @@ def fit(
     bounds : mapping of str to (float, float), optional
         Limits that replace those of the model's table.
     model : str
-    settings : Settings or DictionarySettings, optional
+    smooth : float, optional
+        Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
+        expected to change in 10 nm, in (0, 1]; see `clbrdf.fit.smooth`. E then is that of the smooth
+        parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    settings : Settings, TemperingSettings or DictionarySettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional
@@ -78,8 +86,8 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, model, weights or bounds; settings of another method; nothing in the scan that
-        can be fitted, or values beyond PLAUSIBLE.
+        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range;
+        nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
     """
@@ -87,6 +95,8 @@ def fit(
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    if smooth is not None and not 0.0 < smooth <= 1.0:
+        raise InputError(f"smooth is {smooth:g}; give a share of the range in 10 nm, above 0 to 1")
     start = time.perf_counter()
     chosen = get_model(model)
     way = get_method(method, chosen, settings)
@@ -109,11 +119,18 @@ def fit(
         "weights": weights if isinstance(weights, str) else "user",
         **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
+    solution, covariance = joined(parts), None
+    if smooth is not None:
+        provenance["smooth"] = f"{smooth:g}"
+        problem = make_problem(scan.columns(fitted), g[:, fitted], chosen, limits, where)
+        solution = start_each_other(problem, solution)
+        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     return assemble(
         scan,
         chosen,
         fitted,
-        parts,
+        solution,
+        covariance=covariance,
         weights=g,
         bounds=limits,
         method=way.name,

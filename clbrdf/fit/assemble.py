@@ -1,9 +1,9 @@
-"""From the ends of the polish to a Fit: the best end, its uncertainties, its status."""
+"""From a solution to a Fit: parameters, their uncertainties, what the data leave open, status."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,9 @@ def assemble(
     scan: Scan,
     model: Model,
     fitted: npt.NDArray[np.intp],
-    parts: Sequence[Solution],
+    solution: Solution,
     *,
+    covariance: Array | None,
     weights: Array,
     bounds: Array,
     method: str,
@@ -40,26 +41,20 @@ def assemble(
     provenance: Mapping[str, str],
     start: float,
 ) -> Fit:
-    """Return the fit of a scan from the results of its blocks; `fitted` are the places of the wavelengths.
+    """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
-    `start` is the reading of `time.perf_counter` when the fit began.
+    `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is the reading of
+    `time.perf_counter` when the fit began.
     """
     w = len(scan.wavelength)
-
-    def joined(name: str) -> Any:
-        return np.concatenate([getattr(part, name) for part in parts])
-
     limits = model.coordinate_bounds(bounds)
-    vector, at_bound = settle(model, joined("coordinates"), limits, bounds)
-    converged = joined("converged")
+    vector, at_bound = settle(model, solution.coordinates, limits, bounds)
 
     features = model.features(scan.directions)
     fitted_values = model.brdf(vector[:, None, :], features)
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
     energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
-    for k in np.flatnonzero(
-        (vector == 0.0).any(axis=1) & (energy > joined("objective") * (1.0 + NEGLIGIBLE))
-    ):
+    for k in np.flatnonzero((vector == 0.0).any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))):
         vector[k] = np.where(vector[k] == 0.0, model.from_coordinates(limits[:, 0]), vector[k])
         fitted_values[k] = model.brdf(vector[k, None, :], features)
     result = uncertainty(
@@ -77,11 +72,17 @@ def assemble(
         out[fitted] = values
         return out
 
-    parameters, sigma = placed(vector, np.nan), placed(result.sigma, np.nan)
+    deviation = result.sigma
+    if covariance is not None:
+        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
+        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
+        deviation[at_bound] = np.nan
+    parameters, sigma = placed(vector, np.nan), placed(deviation, np.nan)
     correlation = placed(result.correlation, np.nan)
     status = np.full(w, "no data", dtype="<U13")
     for j, place in enumerate(fitted):
-        status[place] = _status(bool(converged[j]), bool(result.determined[j]), bool(at_bound[j].any()))
+        converged, determined = bool(solution.converged[j]), bool(result.determined[j])
+        status[place] = _status(converged, determined, bool(at_bound[j].any()))
 
     values = np.full(scan.brdf.shape, np.nan)
     values[:, fitted] = fitted_values.T
@@ -104,11 +105,11 @@ def assemble(
             placed(at_bound, False),
             correlation,
         ),
-        evaluations=placed(joined("evaluations"), 0),
-        starts=placed(joined("starts"), 0),
-        agreeing=placed(joined("agreeing"), 0),
-        acceptance=placed(joined("acceptance"), np.nan),
-        not_finite=placed(joined("not_finite"), 0),
+        evaluations=placed(solution.evaluations, 0),
+        starts=placed(solution.starts, 0),
+        agreeing=placed(solution.agreeing, 0),
+        acceptance=placed(solution.acceptance, np.nan),
+        not_finite=placed(solution.not_finite, 0),
         weights=weights,
         bounds=bounds,
         method=method,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from clbrdf.errors import InputError
-from clbrdf.fit import anneal, dictionary
+from clbrdf.fit import anneal, dictionary, tempering
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.models import Model
 from clbrdf.progress import Report
@@ -41,6 +41,8 @@ METHODS = {
     method.name: method
     for method in (
         Method("dictionary", dictionary.DictionarySettings, True, dictionary.search),
+        Method("anneal-separable", anneal.Settings, True, anneal.search_separable),
+        Method("tempering", tempering.TemperingSettings, False, tempering.search),
         Method("anneal", anneal.Settings, False, anneal.search),
     )
 }
@@ -51,7 +53,7 @@ METHOD_NAMES = ("auto", *METHODS)
 def get_method(name: str, model: Model, settings: Any = None) -> Method:
     """Return a method by its name.
 
-    "auto" is the fastest that reaches the optimum of the model, or the first that takes the settings.
+    "auto" is the fastest that reaches the optimum of the model, or the one that takes the settings.
 
     Raises
     ------
@@ -62,7 +64,10 @@ def get_method(name: str, model: Model, settings: Any = None) -> Method:
     if name == "auto" and settings is None:
         return METHODS["anneal" if model.structure is None else "dictionary"]
     if name == "auto":
-        return next(method for method in METHODS.values() if isinstance(settings, method.settings))
+        takers = [method for method in METHODS.values() if isinstance(settings, method.settings)]
+        if not takers:
+            raise InputError(f"no method takes settings of type {type(settings).__name__}")
+        return takers[-1]  # of the two that anneal, the one for every model
     if name not in METHODS:
         raise InputError(f"no method is called {name!r}; there are {', '.join(METHOD_NAMES)}")
     method = METHODS[name]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,12 @@ def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Re
     if deeper is None or len(again) == 0:
         return first
     return _merged(first, _once(problem.take(again), method, deeper, seed, silent), again)
+
+
+def joined(parts: Sequence[Solution]) -> Solution:
+    """Return one solution for the wavelengths of several."""
+    names = [field.name for field in fields(Solution)]
+    return Solution(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:

@@ -44,6 +44,13 @@ inline void model_brdf_unrolled(const model_state *m, const geometry *x, realv *
     for (int k = 0; k < UNROLL; ++k) f[k] += m->diffuse;
 }
 
+// The terms that ks and kd multiply: f is their sum.
+inline void model_terms(const model_state *m, const geometry x, realv *term) {
+    realv power = exp2_falling(m->d * x.log2_v);
+    term[0] = exp2_lanes(m->c * power + (m->level + x.log2_s));
+    term[1] = m->diffuse;
+}
+
 // ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]: tangents change from one view direction to the next, factors
 // (∂f/∂p for a tangent of 1) only with the incident direction. Both need ks > 0.
 #define TANGENTS 4

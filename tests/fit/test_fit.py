@@ -9,7 +9,7 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, InputError, Scan
-from clbrdf.fit import DictionarySettings, Settings
+from clbrdf.fit import DictionarySettings, Settings, TemperingSettings
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.formats.columns import read_columns
 from clbrdf.scans import sample_scan
@@ -83,7 +83,11 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_the_same_optimum(sm
     np.testing.assert_allclose(first.objective, other.objective, rtol=1e-10)
 
 
-@pytest.mark.parametrize("settings", [SHORT, DictionarySettings()], ids=["anneal", "dictionary"])
+@pytest.mark.parametrize(
+    "settings",
+    [SHORT, TemperingSettings(rounds=10), DictionarySettings()],
+    ids=["anneal", "tempering", "dictionary"],
+)
 def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatch, settings):
     import sys
 
@@ -197,7 +201,10 @@ def test_every_fit_reports_what_it_cost(small_scan, device):
 
 
 def test_settings_and_arguments_are_checked(small_scan):
-    with pytest.raises(InputError, match="no method is called 'guess'; there are auto, dictionary, anneal"):
+    with pytest.raises(
+        InputError,
+        match="no method is called 'guess'; there are auto, dictionary, anneal-",
+    ):
         clbrdf.fit(small_scan, method="guess")
     with pytest.raises(InputError, match="method dictionary takes DictionarySettings, not Settings"):
         clbrdf.fit(small_scan, method="dictionary", settings=SHORT)
