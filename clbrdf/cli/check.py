@@ -13,7 +13,7 @@ from clbrdf.fit.result import Fit
 from clbrdf.optimizers.check import TOLERANCE, WAVELENGTHS, Verdict, check_fit, sample_places
 from clbrdf.optimizers.processes import usable_cores
 
-NONE = 0
+NO_CHECK = 0
 """How many wavelengths are checked where no check is asked for."""
 
 TITLES = {"least-squares": "E least squares", "evolution": "E evolution"}
@@ -28,7 +28,7 @@ def check_count(check: bool, wavelengths: str | None) -> int | None:
         Neither a whole number of 1 or more nor "all".
     """
     if wavelengths is None:
-        return WAVELENGTHS if check else NONE
+        return WAVELENGTHS if check else NO_CHECK
     if wavelengths == "all":
         return None
     if not (wavelengths.isascii() and wavelengths.isdigit() and int(wavelengths) >= 1):
@@ -38,7 +38,7 @@ def check_count(check: bool, wavelengths: str | None) -> int | None:
 
 def run_check(fit: Fit, count: int | None) -> tuple[Verdict, ...]:
     """Check so many wavelengths of a fit, with a progress bar; print and return the verdicts."""
-    if count == NONE:
+    if count == NO_CHECK:
         return ()
     places = sample_places(fit, count)
     with progress_bar(f"checking {len(places)} wavelengths") as report:

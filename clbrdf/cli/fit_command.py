@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from clbrdf.cli.check import check_content, check_count, run_check
+from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
@@ -21,6 +21,7 @@ from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
+from clbrdf.optimizers.check import TIED
 from clbrdf.scan import Scan
 
 
@@ -81,6 +82,8 @@ def command(
     if json is not None:
         check_output(json, overwrite)
     checked = check_count(check, check_wavelengths)
+    if checked != NO_CHECK and smooth is not None:
+        raise InputError(f"--check: {TIED}")
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(

@@ -30,6 +30,8 @@ is far above rounding, 1e-13."""
 WAVELENGTHS = 8
 """Looked at where nothing else is asked for."""
 
+TIED = "a fit with smooth parameters gives up some of E on purpose: check it without smooth"
+
 WORDS = ("agreed", "better", "worse")
 """agreed
     E of the fit and the lower E of the two searches are the same within TOLERANCE
@@ -119,8 +121,11 @@ def check_fit(
     Raises
     ------
     InputError
-        A place that is not in the fit, or has no data.
+        A place that is not in the fit, or has no data; a fit whose wavelengths were tied (`smooth`), which
+        gives up some of E on purpose.
     """
+    if "smooth" in fit.provenance:
+        raise InputError(TIED)
     chosen = sample_places(fit) if places is None else np.asarray(places, dtype=np.intp)
     w = len(fit.wavelength)
     for place in chosen:

@@ -59,9 +59,10 @@ def run_jobs(
             results[places[future]] = future.result()
             report(len(results), len(jobs))
     except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
+        # Ended, not waited for; the executor then sees to what they leave behind.
         for child in set(active_children()) - ours:
             child.terminate()
+        executor.shutdown()
         raise
     executor.shutdown()
     return [results[k] for k in range(len(jobs))]

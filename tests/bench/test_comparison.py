@@ -215,8 +215,6 @@ def test_a_job_that_fails_in_a_process_is_told_and_leaves_none_behind():
     before = set(active_children())
     with pytest.raises(InputError, match="job 2 fails"):
         run_jobs(fails, list(range(8)), 2)
-    for child in set(active_children()) - before:
-        child.join(10.0)
     assert not set(active_children()) - before
 
 
@@ -326,6 +324,9 @@ def test_interrupted_it_ends_in_one_line_and_leaves_no_process(tmp_path):
     assert (running.returncode, out) == (130, "")
     assert err == "clbrdf: interrupted; nothing was left half-written\n"
     assert not (tmp_path / "o.json").exists()
+    deadline = time.monotonic() + 30.0
+    while any(is_running(pid) for pid in children) and time.monotonic() < deadline:
+        time.sleep(0.1)  # the tracker of Python's multiprocessing ends a moment after its parent
     assert not [pid for pid in children if is_running(pid)]
 
 

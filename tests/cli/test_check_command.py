@@ -58,6 +58,13 @@ def test_a_worse_fit_is_kept_and_ends_in_status_1(run, words, fit, tmp_path, mon
     assert Fit.open(tmp_path / "fit.h5").parameters["c"][1] == spoiled(fit, 1).parameters["c"][1]
 
 
+def test_smooth_fits_are_not_checked(run, words, tmp_path):
+    status, _, err = run(*words, "--check", "--smooth", "0.01")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "--check: a fit with smooth parameters gives up some of E on purpose" in err
+    assert not (tmp_path / "fit.h5").exists()
+
+
 @pytest.mark.parametrize("text", ["0", "-1", "some", "1.5", "²"])
 def test_counts_are_checked_before_the_work(run, words, tmp_path, text):
     status, _, err = run(*words, f"--check-wavelengths={text}")

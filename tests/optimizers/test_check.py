@@ -83,6 +83,11 @@ def test_weights_bounds_and_masks_are_those_of_the_fit(small_scan):
         check_fit(fit, [3])
 
 
+def test_fits_with_tied_wavelengths_are_refused(small_scan):
+    with pytest.raises(InputError, match="gives up some of E on purpose"):
+        check_fit(clbrdf.fit(small_scan, smooth=0.1))
+
+
 def test_samples_are_spread_over_the_range(fit):
     assert sample_places(fit, 2).tolist() == [0, 2]
     assert sample_places(fit, None).tolist() == sample_places(fit, 99).tolist() == [0, 1, 2]
