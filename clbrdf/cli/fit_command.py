@@ -36,6 +36,7 @@ def command(
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
     smooth: float | None = None,
+    rtol: float | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -65,6 +66,9 @@ def command(
     smooth
         tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
         10 nm, for instance 0.01; off by default
+    rtol
+        take the cheapest search that brings E within this share of the optimum, measured on a sample of the
+        wavelengths; from 1e-9
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -94,12 +98,13 @@ def command(
             bounds=pair_map(bounds),
             model=model,
             smooth=smooth,
+            rtol=rtol,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    options["smooth"] = smooth
+    options |= {"smooth": smooth, "rtol": rtol}
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)

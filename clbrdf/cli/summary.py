@@ -108,6 +108,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         )
     if np.isfinite(fit.acceptance).any():
         lines.insert(5, ["moves taken", f"{100 * np.nanmedian(fit.acceptance):.0f} %"])
+    for k, text in enumerate(fit.tolerance):
+        lines.insert(2 + k, ["next better" if k else "for the rtol", text])
     print_table("", ("fit", ""), lines, left=2)
     _print_remarks(fit)
 

@@ -22,6 +22,7 @@ from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.smooth import start_each_other
 from clbrdf.fit.solve import joined, solve
 from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.tolerance import SAMPLE, choose_settings
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
@@ -45,6 +46,7 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str = DEFAULT_MODEL,
     smooth: float | None = None,
+    rtol: float | None = None,
     settings: Settings | TemperingSettings | DictionarySettings | None = None,
     device: Device | None = None,
     report: Report = silent,
@@ -71,6 +73,9 @@ def fit(
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, in (0, 1]; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    rtol : float, optional
+        Largest excess of E over the optimum, relative, from 1e-9: the cheapest of the method's searches that
+        keeps it on a sample of the scan's wavelengths is taken; `tolerance` of the fit tells which.
     settings : Settings, TemperingSettings or DictionarySettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -101,6 +106,8 @@ def fit(
     chosen = get_model(model)
     way = get_method(method, chosen, settings)
     rules = settings or way.settings()
+    if rtol is not None and settings is not None:
+        raise InputError("settings and rtol both choose the search; give one of them")
     limits, g = chosen.bounds(bounds), weight_matrix(scan, weights)
     fitted = np.flatnonzero((g > 0.0).any(axis=0))
     if len(fitted) == 0:
@@ -110,6 +117,12 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     where = device or choose_device()
+    choice = None
+    if rtol is not None:
+        sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
+        problem = make_problem(scan.columns(sample), g[:, sample], chosen, limits, where)
+        choice = choose_settings(problem, way, seed, rtol)
+        rules = choice.rung.settings
     blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
     parts = []
     for k, block in enumerate(blocks):
@@ -119,6 +132,8 @@ def fit(
         "weights": weights if isinstance(weights, str) else "user",
         **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
+    if rtol is not None:
+        provenance["rtol"] = f"{rtol:g}"
     solution, covariance = joined(parts), None
     if smooth is not None:
         provenance["smooth"] = f"{smooth:g}"
@@ -137,6 +152,7 @@ def fit(
         device=str(where),
         seed=seed,
         provenance=provenance,
+        tolerance=() if choice is None else choice.lines(),
         start=start,
     )
 

@@ -39,6 +39,7 @@ def assemble(
     device: str,
     seed: int,
     provenance: Mapping[str, str],
+    tolerance: tuple[str, ...],
     start: float,
 ) -> Fit:
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
@@ -116,6 +117,7 @@ def assemble(
         device=device,
         seed=seed,
         provenance=provenance,
+        tolerance=tolerance,
         seconds=time.perf_counter() - start,
     )
 

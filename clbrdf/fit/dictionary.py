@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.fit.reduced import Sums, best_amplitudes, best_linear
 from clbrdf.models.structure import Structure
@@ -67,14 +68,18 @@ class DictionarySettings:
     deepen : bool
         Look again, four times as widely and with the grid, where the ends of the polish disagree or the
         lobe hardly stands out of the noise.
+    polish : "none", "single" or "double"
+        How far the ends are polished; the usual way is to the last digit in double precision.
     """
 
     shapes: int = 16
     starts: int = 8
     grid: bool = False
     deepen: bool = True
+    polish: str = "double"
 
     def __post_init__(self) -> None:
+        check_polish(self.polish)
         for name in ("shapes", "starts"):
             if not 1 <= getattr(self, name) <= 10_000:
                 raise InputError(f"{name} is {getattr(self, name)}; give 1 to 10000")

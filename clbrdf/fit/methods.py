@@ -8,7 +8,10 @@ from typing import Any
 
 from clbrdf.errors import InputError
 from clbrdf.fit import anneal, dictionary, tempering
+from clbrdf.fit.anneal import Settings
+from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.problem import Candidates, Problem
+from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.models import Model
 from clbrdf.progress import Report
 
@@ -29,21 +32,44 @@ class Method:
         Works for models with a `Structure` only.
     search : callable
         Problem, settings, seed, report -> Candidates.
+    cheaper : tuple of (str, settings)
+        Shorter searches, in words and settings, the cheapest first.
     """
 
     name: str
     settings: type[Any]
     needs_structure: bool
     search: Callable[[Problem, Any, int, Report], Candidates]
+    cheaper: tuple[tuple[str, Any], ...]
 
+
+SHORT_DICTIONARY = (
+    ("dictionary alone", DictionarySettings(starts=1, deepen=False, polish="none")),
+    ("dictionary, 2 starts in single precision", DictionarySettings(starts=2, deepen=False, polish="single")),
+    ("dictionary, 8 starts in single precision", DictionarySettings(deepen=False, polish="single")),
+    ("dictionary, 4 starts", DictionarySettings(starts=4, deepen=False)),
+    ("dictionary, 8 starts, one look", DictionarySettings(deepen=False)),
+)
+
+SHORT_ANNEALING = (
+    ("16 chains × 160 sweeps alone", Settings(chains=16, levels=8, starts=1, polish="none")),
+    ("16 chains × 160 sweeps", Settings(chains=16, levels=8, starts=4)),
+    ("32 chains × 300 sweeps", Settings(chains=32, levels=15)),
+)
+
+SHORT_TEMPERING = (
+    ("1 ladder × 20 rounds alone", TemperingSettings(ladders=1, rounds=20, starts=1, polish="none")),
+    ("1 ladder × 20 rounds", TemperingSettings(ladders=1, rounds=20, starts=4)),
+    ("2 ladders × 40 rounds", TemperingSettings(ladders=2, rounds=40)),
+)
 
 METHODS = {
     method.name: method
     for method in (
-        Method("dictionary", dictionary.DictionarySettings, True, dictionary.search),
-        Method("anneal-separable", anneal.Settings, True, anneal.search_separable),
-        Method("tempering", tempering.TemperingSettings, False, tempering.search),
-        Method("anneal", anneal.Settings, False, anneal.search),
+        Method("dictionary", DictionarySettings, True, dictionary.search, SHORT_DICTIONARY),
+        Method("anneal-separable", Settings, True, anneal.search_separable, SHORT_ANNEALING),
+        Method("tempering", TemperingSettings, False, tempering.search, SHORT_TEMPERING),
+        Method("anneal", Settings, False, anneal.search, SHORT_ANNEALING),
     )
 }
 

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.device import open_queue
+from clbrdf.errors import InputError
+from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.precision import Precision, get_precision
 from clbrdf.program import Variant, build, upload
@@ -28,6 +30,10 @@ ROUGH_TOLERANCE = 1e-3
 
 CLEARLY_HIGHER = 1.1
 """Ends of the first way above this many times the lowest are given up."""
+
+
+DEPTHS = ("none", "single", "double")
+"""How far a polish goes: not at all, to what single precision can tell, to the last digit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +57,13 @@ class Polished:
     converged: npt.NDArray[np.bool_]
 
 
-def polish(problem: Problem, starts: Array) -> Polished:
+def check_polish(depth: str) -> None:
+    """Raise InputError where a depth is none of DEPTHS."""
+    if depth not in DEPTHS:
+        raise InputError(f"polish is {depth!r}; give one of {', '.join(DEPTHS)}")
+
+
+def polish(problem: Problem, starts: Array, depth: str = "double") -> Polished:
     """Polish starts (W, K, P) at their wavelengths; those given up on the way keep E of single precision.
 
     Raises
@@ -59,11 +71,15 @@ def polish(problem: Problem, starts: Array) -> Polished:
     DeviceError
         The device has no fp64, or cannot build or run the kernel.
     """
+    if depth == "none":
+        return _judged(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
     rough = descend(problem, starts, get_precision("single"), ROUGH_ITERATIONS, ROUGH_TOLERANCE)
     usable = np.isfinite(rough.objective)
     energy = np.where(usable, rough.objective, np.inf)
     q = np.where(usable[..., None], rough.coordinates, starts)
     given_up = (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True)) & usable
+    if depth == "single":
+        return _judged(problem, q, rough.evaluations + 1)
     # The lowest side by side: lanes of one vector then need about as many steps.
     order = np.argsort(energy, axis=1, kind="stable")
     q, given_up = np.take_along_axis(q, order[..., None], axis=1), np.take_along_axis(given_up, order, axis=1)
@@ -74,6 +90,12 @@ def polish(problem: Problem, starts: Array) -> Polished:
         evaluations=np.take_along_axis(rough.evaluations, order, axis=1) + fine.evaluations,
         converged=fine.converged & ~given_up,
     )
+
+
+def _judged(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:
+    """Return ends (W, K, P) as they are, with their E in double precision."""
+    energy = batch_objective(problem, problem.model.from_coordinates(ends), get_precision("double"))
+    return Polished(ends, energy, evaluations, np.zeros(energy.shape, dtype=np.bool_))
 
 
 def descend(

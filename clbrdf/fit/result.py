@@ -33,7 +33,7 @@ ambiguous
     a stationary point, but other parameters fit as well: too few points or incident angles, or no
     specular part
 not converged
-    the polish ran out of iterations
+    the polish ran out of iterations, or was asked to stop early (a tolerance)
 no data
     every value is masked; the parameters are NaN
 """
@@ -82,6 +82,9 @@ class Fit:
     seed : int
     provenance : mapping of str to str
         Program version, settings, hash of the input.
+    tolerance : tuple of str
+        Which search a tolerance chose, and what the next better one costs; empty without one. Not saved,
+        as `seconds`.
     seconds : float
         Wall time of the fit. Not saved: a file holds only what input, settings and seed determine.
     """
@@ -108,6 +111,7 @@ class Fit:
     device: str
     seed: int
     provenance: Mapping[str, str] = field(default_factory=dict)
+    tolerance: tuple[str, ...] = ()
     seconds: float = float("nan")
 
     def __post_init__(self) -> None:

@@ -134,7 +134,8 @@ def _pull(stiffness: Array, q: Array) -> Array:
     """Half the gradient of the penalty, (W, P)."""
     tension = stiffness * np.diff(q, axis=0)
     zero = np.zeros((1, q.shape[1]))
-    return np.concatenate([zero, tension]) - np.concatenate([tension, zero])
+    out: Array = np.concatenate([zero, tension]) - np.concatenate([tension, zero])
+    return out
 
 
 def _blocks(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -164,10 +165,13 @@ def _covariance(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> Arra
     """Diagonal blocks (W, P, P) of the inverse of the system: Schur complements from both ends."""
     diagonal, beside = _blocks(H, stiffness, held)
     w = len(diagonal)
-    forward, backward = diagonal.copy(), diagonal.copy()
+    forward: Array = diagonal.copy()
+    backward: Array = diagonal.copy()
     for k in range(1, w):
-        forward[k] -= beside[k - 1][:, None] * np.linalg.inv(forward[k - 1]) * beside[k - 1]
+        coupling = np.outer(beside[k - 1], beside[k - 1])
+        forward[k] = forward[k] - coupling * np.linalg.inv(forward[k - 1])
         back = w - 1 - k
-        backward[back] -= beside[back][:, None] * np.linalg.inv(backward[back + 1]) * beside[back]
-    out: Array = np.linalg.inv(forward + backward - diagonal)
-    return out
+        coupling = np.outer(beside[back], beside[back])
+        backward[back] = backward[back] - coupling * np.linalg.inv(backward[back + 1])
+    both = forward + backward - diagonal
+    return np.asarray(np.linalg.inv(both), dtype=np.float64)

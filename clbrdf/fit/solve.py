@@ -80,7 +80,7 @@ def joined(parts: Sequence[Solution]) -> Solution:
 
 def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
     found = method.search(problem, settings, seed, report)
-    polished = polish(problem, found.coordinates)
+    polished = polish(problem, found.coordinates, settings.polish)
     best, agreeing = _lowest(polished)
     rows = np.arange(len(best))
     return Solution(

@@ -11,6 +11,7 @@ import numpy as np
 
 from clbrdf.errors import InputError
 from clbrdf.fit.chains import Chains
+from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.precision import get_precision
 from clbrdf.progress import Report
@@ -35,7 +36,9 @@ class TemperingSettings:
     starts : int
         Best chains that go on to the polish.
     precision : str
-        Arithmetic of the chains (clbrdf.precision); the polish is always double.
+        Arithmetic of the chains (clbrdf.precision).
+    polish : "none", "single" or "double"
+        How far the ends are polished; the usual way is to the last digit in double precision.
     """
 
     ladders: int = 4
@@ -46,8 +49,10 @@ class TemperingSettings:
     sweeps: int = 4
     starts: int = 8
     precision: str = "single"
+    polish: str = "double"
 
     def __post_init__(self) -> None:
+        check_polish(self.polish)
         for name in ("ladders", "rungs", "rounds", "sweeps", "starts"):
             if not 1 <= getattr(self, name) <= 1_000_000:
                 raise InputError(f"{name} is {getattr(self, name)}; give 1 to 1000000")
