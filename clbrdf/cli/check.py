@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from clbrdf.cli.console import number, print_table, progress_bar
+from clbrdf.cli.console import number, print_table, progress_bar, stdout_console
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
-from clbrdf.optimizers.check import TOLERANCE, WAVELENGTHS, Verdict, check_fit, sample_places
+from clbrdf.optimizers.check import WAVELENGTHS, Verdict, check_fit, sample_places, tolerance_of
 from clbrdf.optimizers.processes import usable_cores
 
 NO_CHECK = 0
@@ -43,11 +43,11 @@ def run_check(fit: Fit, count: int | None) -> tuple[Verdict, ...]:
     places = sample_places(fit, count)
     with progress_bar(f"checking {len(places)} wavelengths") as report:
         verdicts = check_fit(fit, places, processes=usable_cores(), report=report)
-    print_check(verdicts, len(fit.wavelength))
+    print_check(verdicts, len(fit.wavelength), tolerance_of(fit))
     return verdicts
 
 
-def print_check(verdicts: Sequence[Verdict], wavelengths: int) -> None:
+def print_check(verdicts: Sequence[Verdict], wavelengths: int, tolerance: float) -> None:
     """Print a verdict per wavelength, and the sum of them in words."""
     names = list(verdicts[0].found)
     rows = [
@@ -63,16 +63,16 @@ def print_check(verdicts: Sequence[Verdict], wavelengths: int) -> None:
     title = f"Check: {len(verdicts)} of {wavelengths} wavelengths searched again"
     columns = ("λ (nm)", "E", *(TITLES[name] for name in names), "gap", "verdict")
     print_table(title, columns, rows, left=0)
-    print(check_words(verdicts))
+    stdout_console().print(check_words(verdicts, tolerance))
 
 
-def check_words(verdicts: Sequence[Verdict]) -> str:
+def check_words(verdicts: Sequence[Verdict], tolerance: float) -> str:
     """Return what the verdicts come to."""
     counts = Counter(v.word for v in verdicts)
     told = ", ".join(f"{count} {word}" for word, count in counts.most_common())
     worse = [v for v in verdicts if v.word == "worse"]
     if not worse:
-        return f"{told}; a gap of E up to {TOLERANCE:g} relative is agreement"
+        return f"{told}; a gap of E up to {tolerance:g} relative is agreement"
     worst = max(worse, key=lambda v: v.gap)
     at = ", ".join(f"{v.wavelength:g}" for v in worse[:8]) + (", …" if len(worse) > 8 else "")
     return (
@@ -81,6 +81,6 @@ def check_words(verdicts: Sequence[Verdict]) -> str:
     )
 
 
-def check_content(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+def check_content(verdicts: Sequence[Verdict], tolerance: float) -> dict[str, Any]:
     """Return verdicts as plain values for JSON."""
-    return {"tolerance": TOLERANCE, "verdicts": [asdict(v) for v in verdicts]}
+    return {"tolerance": tolerance, "verdicts": [asdict(v) for v in verdicts]}

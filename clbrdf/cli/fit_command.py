@@ -21,7 +21,7 @@ from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
-from clbrdf.optimizers.check import TIED
+from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 
 
@@ -111,7 +111,7 @@ def command(
     print_fit(str(target), result, all_rows)
     verdicts = run_check(result, checked)
     if json is not None:
-        told = {"check": check_content(verdicts)} if verdicts else {}
+        told = {"check": check_content(verdicts, tolerance_of(result))} if verdicts else {}
         whole_text(json, {**fit_content(result), **told}, overwrite)
     return int(any(verdict.word == "worse" for verdict in verdicts))
 

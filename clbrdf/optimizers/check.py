@@ -34,7 +34,7 @@ TIED = "a fit with smooth parameters gives up some of E on purpose: check it wit
 
 WORDS = ("agreed", "better", "worse")
 """agreed
-    E of the fit and the lower E of the two searches are the same within TOLERANCE
+    E of the fit and the lower E of the two searches are the same within the tolerance
 better
     the fit is lower than both
 worse
@@ -69,6 +69,11 @@ class Verdict:
     objective: float
     found: dict[str, float]
     evaluations: int
+
+
+def tolerance_of(fit: Fit) -> float:
+    """Return the gap in E up to which a fit agrees: the `rtol` that it was made with, else TOLERANCE."""
+    return float(fit.provenance.get("rtol", TOLERANCE))
 
 
 def sample_places(fit: Fit, count: int | None = WAVELENGTHS) -> npt.NDArray[np.intp]:
@@ -155,7 +160,8 @@ def _search(job: tuple[Problem, int, float]) -> tuple[Found, Found]:
 def _verdict(fit: Fit, place: int, problem: Problem, found: tuple[Found, Found]) -> Verdict:
     E = NumpyObjective(problem).at_parameters(fit.vector[place])
     gap = float(relative_gap(E, min(f.objective for f in found)))
-    word = "worse" if not gap <= TOLERANCE else "better" if gap < -TOLERANCE else "agreed"
+    tolerance = tolerance_of(fit)
+    word = "worse" if not gap <= tolerance else "better" if gap < -tolerance else "agreed"
     return Verdict(
         wavelength=float(fit.wavelength[place]),
         word=word,

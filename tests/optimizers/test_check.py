@@ -59,6 +59,15 @@ def test_a_planted_bad_fit_is_found_in_its_file_and_named(fit, place, tmp_path):
     assert verdicts[place].gap == pytest.approx(E / fit.objective[place] - 1.0, rel=1e-4)
 
 
+def test_a_fit_within_a_tolerance_is_held_to_it(fit):
+    # c 1 % off costs some 1e-4 of E here.
+    bad = corrupted(fit, 1)
+    gap = check_fit(bad, [1], effort=QUICK)[0].gap
+    for rtol, word in ((2.0 * gap, "agreed"), (0.5 * gap, "worse")):
+        told = replace(bad, provenance={**bad.provenance, "rtol": f"{rtol:g}"})
+        assert check_fit(told, [1], effort=QUICK)[0].word == word
+
+
 def test_parameters_that_are_not_numbers_are_worse(fit):
     assert check_fit(corrupted(fit, 1, factor=np.nan), [1], effort=QUICK)[0].word == "worse"
 
