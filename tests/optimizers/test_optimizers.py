@@ -155,6 +155,33 @@ def test_a_budget_cuts_a_population(foil):
         recorder.value(q[0])
 
 
+def test_derivatives_cost_as_much_as_a_value(foil):
+    recorder = Recorder(foil[0], 10)
+    q = 0.5 * (recorder.lower + recorder.upper)
+    recorder.value(q)
+    assert recorder.spent == 1
+    recorder.value_and_gradient(q)
+    assert recorder.spent == 3
+    recorder.residuals(q)
+    assert recorder.spent == 4
+    recorder.residual_jacobian(q)
+    assert recorder.spent == 5
+
+
+@pytest.mark.parametrize("name", ["crs2", "isres", "esch", "mlsl-bobyqa", "mlsl-lbfgs", "ags", "direct"])
+def test_nlopt_is_stopped_and_not_only_starved(foil, name, monkeypatch):
+    asked = []
+
+    def finished(self, q):
+        asked.append(q)
+        raise Finished
+
+    monkeypatch.setattr(Recorder, "value", finished)
+    monkeypatch.setattr(Recorder, "value_and_gradient", finished)
+    OPTIMIZERS[name].run(Recorder(foil[0], 1000), 1)
+    assert len(asked) < 100  # CRS2 fills its population of 70 first
+
+
 def test_time_ends_a_run(foil):
     assert minimise("random", foil[0], evaluations=10**6, seconds=0.0).spent <= 64
 
