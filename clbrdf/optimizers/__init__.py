@@ -78,7 +78,7 @@ OPTIMIZERS = {
 
 
 def minimise(
-    name: str,
+    name: str | Optimizer,
     objective: Values,
     *,
     evaluations: int,
@@ -90,8 +90,8 @@ def minimise(
 
     Parameters
     ----------
-    name : str
-        One of OPTIMIZERS.
+    name : str or Optimizer
+        One of OPTIMIZERS by its name, or one of your own.
     objective : Objective or Values
         Values where the optimizer uses no derivatives.
     evaluations : int
@@ -108,15 +108,16 @@ def minimise(
     InputError
         Unknown name, a budget below 1, a negative seed, or an objective without the derivatives needed.
     """
-    if name not in OPTIMIZERS:
+    if isinstance(name, str) and name not in OPTIMIZERS:
         raise InputError(f"no optimizer is called {name!r}; there are {', '.join(OPTIMIZERS)}")
+    optimizer = OPTIMIZERS[name] if isinstance(name, str) else name
     if evaluations < 1:
         raise InputError(f"evaluations is {evaluations}; give 1 or more")
     if seed < 0:
         raise InputError(f"seed is {seed}; give 0 or more")
-    if OPTIMIZERS[name].gradient and not hasattr(objective, "value_and_gradient"):
-        raise InputError(f"optimizer {name} uses derivatives, and this objective has none")
-    optimizer, recorder, attempt = OPTIMIZERS[name], Recorder(objective, evaluations, target, seconds), 0
+    if optimizer.gradient and not hasattr(objective, "value_and_gradient"):
+        raise InputError(f"optimizer {optimizer.name} uses derivatives, and this objective has none")
+    recorder, attempt = Recorder(objective, evaluations, target, seconds), 0
     while not recorder.finished:
         before = recorder.spent
         state = np.random.SeedSequence([seed, attempt]).generate_state(1)[0]
@@ -124,4 +125,4 @@ def minimise(
         attempt += 1
         if not optimizer.random or recorder.spent == before:
             break
-    return recorder.trace(name, seed)
+    return recorder.trace(optimizer.name, seed)

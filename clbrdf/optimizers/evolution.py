@@ -20,8 +20,8 @@ SAME = 1e-10
 """Relative spread of E at which a population counts as one point; below the smallest gap asked for, 1e-8."""
 
 
-def run(recorder: Recorder, seed: int) -> None:
-    """Run differential evolution until the recorder has finished or the population is one point."""
+def run(recorder: Recorder, seed: int, same: float = SAME) -> None:
+    """Run differential evolution until the recorder has finished or the population is one point to `same`."""
     from scipy.optimize import differential_evolution
 
     def values(q: Array) -> Array:  # the stubs do not know whole populations
@@ -35,7 +35,7 @@ def run(recorder: Recorder, seed: int) -> None:
                 cast(Any, values),
                 box(recorder),
                 maxiter=FOREVER,
-                tol=SAME,
+                tol=same,
                 polish=False,
                 updating="deferred",
                 vectorized=True,

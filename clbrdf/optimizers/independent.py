@@ -4,26 +4,30 @@
     evolution       no gradient: populations over the nonlinear coordinates, the linear ones solved inside,
                     from the start again whenever a population has become one point
 
-Each search ends in `refine`. They were chosen by measurement: on the problem set both end at the same E to
-1e-9 relative, from every seed tried, within EVALUATIONS (docs/decisions/0041).
+Each search ends in `refine`. They were chosen by measurement on the problem set (docs/decisions/0041); the
+lower end of both is what counts.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.optimizers import minimise
+from clbrdf.optimizers import Optimizer, evolution, minimise
 from clbrdf.optimizers.objective import NumpyObjective, Values
 from clbrdf.optimizers.refine import refine
 from clbrdf.optimizers.separable import SeparableObjective
 
 Array = npt.NDArray[np.float64]
 
-EVALUATIONS = {"least-squares": 6_000, "evolution": 40_000}
-"""Budgets; about a second a wavelength each on one core, for 260 directions."""
+EVALUATIONS = {"least-squares": 6_000, "evolution": 60_000}
+"""Budgets; one to two seconds a wavelength each on one core, for 260 directions."""
+
+POPULATIONS = Optimizer("evolution", "populations, again and again", partial(evolution.run, same=1e-6))
+"""A population counts as one point early, so that the budget is enough for eight of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,7 @@ def search_twice(objective: NumpyObjective, seed: int = 0, effort: float = 1.0) 
     separable = SeparableObjective(objective) if objective.linear else None
     reduced: Values = separable or objective
     second = minimise(
-        "evolution", reduced, evaluations=max(1, round(effort * EVALUATIONS["evolution"])), seed=seed
+        POPULATIONS, reduced, evaluations=max(1, round(effort * EVALUATIONS["evolution"])), seed=seed
     )
     ends = (first.coordinates, separable.complete(second.coordinates) if separable else second.coordinates)
     found = []
