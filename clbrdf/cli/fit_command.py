@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
+from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
@@ -20,6 +21,7 @@ from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
+from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 
 
@@ -40,8 +42,10 @@ def command(
     device: DeviceName = None,
     json: JsonFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
+    check: Annotated[bool, Parameter(negative="")] = False,
+    check_wavelengths: str | None = None,
     overwrite: Overwrite = False,
-) -> None:
+) -> int:
     """Fit the model at every wavelength of a scan; print the table and write the fit.
 
     Parameters
@@ -71,11 +75,19 @@ def command(
         temperature levels (--method anneal and anneal-separable)
     all_rows
         print every wavelength, however many
+    check
+        search the optimum again with two independent optimizers at a sample of wavelengths and print a
+        verdict for each; exit status 1 where the fit is worse
+    check_wavelengths
+        how many of them, 8 if not given, or all; means --check
     """
     check_apart([output, json], [scan])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
+    checked = check_count(check, check_wavelengths)
+    if checked != NO_CHECK and smooth is not None:
+        raise InputError(f"--check: {TIED}")
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
@@ -96,9 +108,12 @@ def command(
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
-    if json is not None:
-        whole_text(json, fit_content(result), overwrite)
     print_fit(str(target), result, all_rows)
+    verdicts = run_check(result, checked)
+    if json is not None:
+        told = {"check": check_content(verdicts, tolerance_of(result))} if verdicts else {}
+        whole_text(json, {**fit_content(result), **told}, overwrite)
+    return int(any(verdict.word == "worse" for verdict in verdicts))
 
 
 def _settings(method: str, chains: int | None, levels: int | None) -> Settings | None:
