@@ -209,7 +209,11 @@ def _default_annealing(objective: NumpyObjective, seed: int) -> float:
     from scipy.optimize import dual_annealing
 
     box = list(zip(objective.lower, objective.upper, strict=True))
-    end = dual_annealing(lambda q: float(objective.values(q[None, :])[0]), box, seed=seed)
+
+    def energy(q: Array) -> float:
+        return float(objective.values(q[None, :])[0])
+
+    end = dual_annealing(energy, box, seed=seed)
     return float(end.fun)
 
 
