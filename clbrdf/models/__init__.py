@@ -16,7 +16,7 @@ DEFAULT_MODEL = "wang2013"
 
 def model_names() -> tuple[str, ...]:
     """Names of all models in this package."""
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name != "model"))
+    return tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name not in ("model", "terms")))
 
 
 @cache

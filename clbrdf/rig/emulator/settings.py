@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL, get_model
-from clbrdf.rig.tomlfile import Settings
+from clbrdf.tomlfile import Settings
 
 Spectral = float | list[tuple[float, float]]
 """A number, or pairs of wavelength (nm) and value with straight lines between."""
