@@ -88,7 +88,7 @@ class DirectionGrid(Settings):
         return self
 
     def kind(self) -> str:
-        """What messages call the file that these directions stand in."""
+        """Return what messages call the file that these directions stand in."""
         return "scene"
 
     def azimuths(self) -> list[float]:

@@ -6,7 +6,8 @@ left to the compiler's include path, which breaks on folders with a space; `#lin
 names in messages.
 
 What is not asked for is not in the text: a line that ends in `//@name` stays only where the name is a term
-the model has, or a part of the job that the variant asks for; lines from `//@{` to `//@}` need the whole model.
+that the model has, or a part of the job that the variant asks for; lines from `//@{` to `//@}` stay where the
+model is whole.
 """
 
 from __future__ import annotations

@@ -136,7 +136,9 @@ def mean_over(
         arguments += [upload(device, shares, precision.dtype), np.uint64(b)]
     host = np.empty((w, padded), dtype=precision.dtype)
     result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
-    kernel(queue, (padded // variant.lanes.width, w), None, *arguments, sets, result)
+    # PoCL builds a kernel anew for each size of work group that it picks; the sizes differ from call to call.
+    local = None if device.kind == "gpu" else (1, 1)
+    kernel(queue, (w, padded // variant.lanes.width), local, *arguments, sets, result)
     cl.enqueue_copy(queue, host, result)
     out = host[:, : len(x)].T.astype(np.float64)
     if precision.dtype is np.float32 and device.has_double and not np.isfinite(out).all():

@@ -7,12 +7,13 @@
 //   parameters     (W, bands, P)
 //   out            (W, N_padded)
 //
+// Work item (w, g): wavelengths are neighbours, so that the nodes of a group stay in the cache for all of them.
 // Lanes, CAREFUL: as in evaluate.cl.
 kernel void mean(global const real *restrict feature_rows, const ulong n_padded,
                  global const real *restrict weights, const ulong nodes,  //@nodes
                  global const real *restrict shares, const ulong bands,   //@bands
                  global const real *restrict parameters, global real *restrict out) {
-    const size_t group = get_global_id(0), w = get_global_id(1);
+    const size_t w = get_global_id(0), group = get_global_id(1);
     ulong length = n_padded, set = w;
     length *= nodes;  //@nodes
     realv total = (realv)0.0;

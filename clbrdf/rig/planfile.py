@@ -65,7 +65,7 @@ class Plan(DirectionGrid):
         return self
 
     def kind(self) -> str:
-        """What messages call it."""
+        """Return what messages call it."""
         return "plan"
 
     def repetitions(self) -> int:
