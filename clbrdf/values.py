@@ -40,9 +40,8 @@ def evaluate_directions(
         x = features_in_parts(model, directions[first : first + block_n], precision)
         for start in range(0, w, block_w):
             part = parameters[start : start + block_w]
-            pending = enqueue(model, part, x, precision, device)
-            block = out[first : first + len(x), start : start + len(part)]
-            collect(pending, model, part, x, precision, block)
+            launcher = Launcher(model, part, precision, device)
+            launcher.finish(launcher.begin(x), out[first : first + len(x), start : start + len(part)])
     return out
 
 
@@ -63,37 +62,46 @@ def features_in_parts(model: Model, directions: Directions, precision: Precision
 class Pending:
     """A launch under way: its result (W, N_padded) arrives in `host` when `event` has come."""
 
+    x: Real
     host: Real
     event: cl.Event
 
 
-def enqueue(model: Model, parameters: Array, x: Array, precision: Precision, device: Device) -> Pending:
-    """Begin to compute f of parameters (W, P) and features (N, F); `collect` waits for it."""
-    import pyopencl as cl
+class Launcher:
+    """The evaluate kernel with parameters (W, P) on the device, ready for block after block of directions."""
 
-    variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
-    kernel, queue = cl.Kernel(build(device, variant), "evaluate"), open_queue(device)
-    rows = feature_rows(x[:, None, :], variant.lanes.width)
-    features, sets = upload_inputs(model, rows, parameters, precision, device)
-    padded = rows.shape[-1]
-    host = np.empty((len(parameters), padded), dtype=precision.dtype)
-    result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
-    groups = padded // variant.lanes.width
-    kernel(queue, (groups, len(host)), None, features, np.uint64(padded), sets, result)
-    return Pending(host, cl.enqueue_copy(queue, host, result, is_blocking=False))
+    def __init__(self, model: Model, parameters: Array, precision: Precision, device: Device) -> None:
+        import pyopencl as cl
 
+        self.model, self.parameters, self.precision, self.device = model, parameters, precision, device
+        variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
+        self._width = variant.lanes.width
+        self._kernel = cl.Kernel(build(device, variant), "evaluate")
+        self._sets = upload_parameters(model, parameters, precision, device)
 
-def collect(
-    pending: Pending, model: Model, parameters: Array, x: Array, precision: Precision, out: Real
-) -> None:
-    """Wait for a launch and write f into out (N, W), fp32 or fp64; what fp32 cannot hold comes from NumPy."""
-    pending.event.wait()
-    values = pending.host[:, : len(x)]
-    out[...] = values.T
-    if precision.dtype is np.float32:
-        beyond = ~np.isfinite(values).all(axis=1)
-        if beyond.any():
-            out[:, beyond] = model.brdf(parameters[beyond][:, None, :], x.astype(np.float64)).T
+    def begin(self, x: Array) -> Pending:
+        """Begin to compute f in the directions of features (N, F); `finish` waits for it."""
+        import pyopencl as cl
+
+        queue = open_queue(self.device)
+        rows = feature_rows(x[:, None, :], self._width)
+        padded, w = rows.shape[-1], len(self.parameters)
+        host = np.empty((w, padded), dtype=self.precision.dtype)
+        result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
+        features = upload_features(rows, self.precision, self.device)
+        self._kernel(queue, (padded // self._width, w), None, features, np.uint64(padded), self._sets, result)
+        return Pending(x, host, cl.enqueue_copy(queue, host, result, is_blocking=False))
+
+    def finish(self, pending: Pending, out: Real) -> None:
+        """Wait for a launch, write f into out (N, W), fp32 or fp64; NumPy gives what fp32 cannot hold."""
+        pending.event.wait()
+        values = pending.host[:, : len(pending.x)]
+        out[...] = values.T
+        if self.precision.dtype is np.float32:
+            beyond = ~np.isfinite(values).all(axis=1)
+            if beyond.any():
+                x = pending.x.astype(np.float64)
+                out[:, beyond] = self.model.brdf(self.parameters[beyond][:, None, :], x).T
 
 
 def mean_over(
@@ -125,7 +133,8 @@ def mean_over(
     variant = Variant.on(device, "mean", model, precision, library, parts)
     kernel, queue = cl.Kernel(build(device, variant), "mean"), open_queue(device)
     rows = feature_rows(x, variant.lanes.width)
-    features, sets = upload_inputs(model, rows, parameters.reshape(w * b, p), precision, device)
+    features = upload_features(rows, precision, device)
+    sets = upload_parameters(model, parameters.reshape(w * b, p), precision, device)
     padded = rows.shape[-1]
     arguments: list[object] = [features, np.uint64(padded)]
     if weights is not None:
@@ -154,15 +163,18 @@ def feature_rows(x: Array, width: int) -> Array:
     return rows
 
 
-def upload_inputs(
-    model: Model, rows: Array, parameters: Array, precision: Precision, device: Device
-) -> tuple[cl.Buffer, cl.Buffer]:
-    """Copy feature rows and parameters (S, P) to a device, as pairs where the precision is careful."""
-    columns = parameters
+def upload_features(rows: Array, precision: Precision, device: Device) -> cl.Buffer:
+    """Copy feature rows to a device, as pairs where the precision is careful."""
     if precision.careful:
         rows = np.concatenate(in_two(rows, precision.dtype), axis=0)
-        columns = np.concatenate(in_two(model.derived(parameters), precision.dtype), axis=1)
-    return upload(device, rows, precision.dtype), upload(device, columns, precision.dtype)
+    return upload(device, rows, precision.dtype)
+
+
+def upload_parameters(model: Model, parameters: Array, precision: Precision, device: Device) -> cl.Buffer:
+    """Copy parameters (S, P) to a device, as pairs of derived ones where the precision is careful."""
+    if precision.careful:
+        parameters = np.concatenate(in_two(model.derived(parameters), precision.dtype), axis=1)
+    return upload(device, parameters, precision.dtype)
 
 
 def in_two(values: Array, dtype: type[np.floating]) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.cli.console import number, print_table, stdout_console
+from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.scene.checks import (
     Brdf,
@@ -23,6 +24,8 @@ from clbrdf.scene.surface import ScanSurface, Surface
 Array = npt.NDArray[np.float64]
 
 DIGITS = 6
+MOST_ANGLES = 8
+"""Incident zeniths, the first of them."""
 
 
 def print_surface_checks(surface: Surface, theta_i: Array, wavelength: Array) -> None:
@@ -32,7 +35,7 @@ def print_surface_checks(surface: Surface, theta_i: Array, wavelength: Array) ->
         return surface.values(directions, wavelength)
 
     if not isinstance(surface, ScanSurface):
-        print_checks(brdf, theta_i, wavelength, surface.diverges)
+        print_checks(brdf, theta_i, wavelength, surface.diverges(wavelength))
         return
     scan = surface.scan
     if np.isin(scan.phi, (0.0, 180.0)).all():
@@ -48,16 +51,43 @@ def print_surface_checks(surface: Surface, theta_i: Array, wavelength: Array) ->
         say(reciprocity_words(exchange))
 
 
-def print_checks(brdf: Brdf, theta_i: Array, wavelength: Array, diverges: bool) -> None:
+MOST_WAVELENGTHS = 25
+"""Of a fit, spread over all of it: enough to see, and quick without a device."""
+
+
+def print_fit_checks(fit: Fit) -> None:
+    """Print directional-hemispherical reflectance and reciprocity of a fit, in NumPy."""
+    good = np.nonzero(np.isfinite(fit.vector).all(axis=1))[0]
+    if not good.size:
+        say("reflectance: no wavelength has parameters; not known")
+        return
+    shown = good[np.unique(np.linspace(0, len(good) - 1, MOST_WAVELENGTHS).round().astype(np.intp))]
+    parameters = fit.vector[shown][:, None, :]
+
+    def brdf(directions: Directions) -> Array:
+        return fit.model.brdf(parameters, fit.model.features(directions)).T
+
+    where = f", at {len(shown)} of {len(fit.wavelength)} wavelengths"
+    where = where if len(shown) < len(fit.wavelength) else ""
+    print_checks(
+        brdf,
+        fit.scan.incident_angles[:MOST_ANGLES],
+        fit.wavelength[shown],
+        fit.model.diverges(parameters),
+        where,
+    )
+
+
+def print_checks(brdf: Brdf, theta_i: Array, wavelength: Array, diverges: bool, where: str = "") -> None:
     """Print directional-hemispherical reflectance and reciprocity of a BRDF, directions (N) -> (N, W)."""
     reflectance = reflectance_of(brdf, theta_i, diverges)
     exchange: Exchange = worst_exchange(brdf, wavelength)
-    _print_reflectance(reflectance, wavelength)
+    _print_reflectance(reflectance, wavelength, where)
     say(reciprocity_words(exchange))
 
 
-def _print_reflectance(reflectance: Reflectance, wavelength: Array) -> None:
-    values, title = reflectance.values, "directional-hemispherical reflectance"
+def _print_reflectance(reflectance: Reflectance, wavelength: Array, where: str = "") -> None:
+    values = reflectance.values
     if np.ptp(values, axis=1).max() <= 1e-12 * np.abs(values).max():
         columns = ["θi (°)", "reflectance"]
         rows = [
@@ -72,7 +102,8 @@ def _print_reflectance(reflectance: Reflectance, wavelength: Array) -> None:
             ends = [number(row[low], DIGITS), number(wavelength[low])]
             ends += [number(row[high], DIGITS), number(wavelength[high])]
             rows.append([number(angle), *ends])
-    print_table(f"{title} to θr = {reflectance.max_zenith:g}°", columns, rows, left=0)
+    say(f"directional-hemispherical reflectance to θr = {reflectance.max_zenith:g}°{where}")
+    print_table("", columns, rows, left=0)
     say(energy_words(reflectance, wavelength))
     say(cut_words(reflectance))
 

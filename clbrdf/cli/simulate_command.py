@@ -119,7 +119,10 @@ def _print_summary(output: Path, setting: Setting, done: Streamed) -> None:
         ["wavelengths", f"{len(wavelength)}, {ends}"],
         ["effects", ", ".join(setting.scene.effects.on()) or "none"],
         ["values", f"{done.values}, {done.flagged} of them masked"],
-        ["time", f"{done.seconds:.3g} s, {done.writing:.3g} s of it writing"],
+        [
+            "time",
+            f"{done.seconds:.3g} s, {done.writing:.3g} s of it writing; {done.syncing:.2g} s to the disk",
+        ],
     ]
     print_table(str(output), ("simulated", ""), rows, left=2)
 
@@ -140,12 +143,11 @@ def _print_ledger(ledger: Ledger) -> None:
         say("no effects: the surface is all there is")
         return
     small = [e for e in ledger.effects.values() if e.largest < WORTH_A_WORD]
-    for entry in small:
-        say(
-            f"{entry.name} moves no value by more than {entry.largest:.2g}; leaving it out saves"
-            f" {max(0.0, entry.seconds):.2g} s"
-        )
-    if not small:
+    if small:
+        named = ", ".join(f"{e.name} ({e.largest:.2g}, saves {max(0.0, e.seconds):.2g} s)" for e in small)
+        say(f"move no value by more than {WORTH_A_WORD:g}, and may be left out where that will do: {named}")
+        say(f"--rtol {WORTH_A_WORD:g} leaves out what it can, and coarsens the rest")
+    else:
         say(f"every effect moves some value by {WORTH_A_WORD:g} or more; none is to be left out unseen")
     costly = max(ledger.effects.values(), key=lambda e: e.seconds)
     say(f"{costly.name} costs most, {100 * costly.seconds / ledger.parts:.0f} % of the time")

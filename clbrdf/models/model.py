@@ -121,6 +121,9 @@ class Model:
         (P,), θi, θr, φ in degrees -> mpmath number: the equations as published, slow.
     jacobian : callable
         (..., 1, P), (N, F) -> (..., N, P): derivatives of `brdf` by the parameters, fp64.
+    grazing : str
+        Name of the parameter without which (at 0) the integral over the hemisphere is finite; "" where it
+        always is.
     terms : tuple of Term
         What can be left out, by :func:`clbrdf.models.terms.restrict`.
     left_out : frozenset of str
@@ -138,6 +141,7 @@ class Model:
     jacobian: Callable[[Array, Array], Array]
     derived: Callable[[Array], Array]
     reference: Callable[..., Any]
+    grazing: str = ""
     terms: tuple[Term, ...] = ()
     left_out: frozenset[str] = frozenset()
 
@@ -177,6 +181,12 @@ class Model:
         except ValueError as error:
             sizes = ", ".join(f"{n}: {c.size}" for n, c in zip(self.names, columns, strict=True) if c.ndim)
             raise InputError(f"parameters have different lengths ({sizes})") from error
+
+    def diverges(self, parameters: Array) -> bool:
+        """Whether the integral over the hemisphere has no bound for some of the parameters (..., P)."""
+        if self.grazing not in self.names:
+            return False
+        return bool((parameters[..., self.names.index(self.grazing)] > 0.0).any())
 
     def parameter(self, name: str) -> Parameter:
         """Return the row of the table with a name."""

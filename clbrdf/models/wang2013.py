@@ -142,6 +142,7 @@ MODEL = Model(
     jacobian=jacobian,
     derived=derived,
     reference=reference,
+    grazing="ks",
     terms=(
         Term(
             "specular",

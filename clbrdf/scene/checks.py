@@ -123,8 +123,8 @@ def cut_words(reflectance: Reflectance) -> str:
     """Say where the integral ends, and why."""
     if reflectance.max_zenith < 90.0:
         return (
-            f"integrated to θr = {reflectance.max_zenith:g}°: with a specular part the model's integral grows"
-            " without bound towards 90°, so the cut belongs to the value"
+            f"integrated to θr = {reflectance.max_zenith:g}°: with a specular part the integral diverges"
+            " towards 90°, so the cut belongs to the value"
         )
     return "integrated over the whole hemisphere, to θr = 90°"
 

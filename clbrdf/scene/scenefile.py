@@ -101,6 +101,13 @@ class Effects(Settings):
             for name, setting in value.items()
         }
 
+    @field_validator("*", mode="before")
+    @classmethod
+    def _check_form(cls, value: Any) -> Any:
+        if not (value is None or isinstance(value, Mapping | Settings)):
+            raise ValueError(f"{value!r} says nothing; give true, or a table of its settings")
+        return value
+
     def on(self) -> tuple[str, ...]:
         """Names of the effects that are there, in the order of the light's path."""
         return tuple(name for name in EFFECTS if getattr(self, name) is not None)

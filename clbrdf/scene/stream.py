@@ -32,13 +32,16 @@ class Streamed:
     ----------
     values, flagged : int
     seconds, writing : float
-        Wall time in all, and that of HDF5 within it.
+        Wall time until the system has every value, and that of HDF5 within it.
+    syncing : float
+        Seconds after it until they are safe on the disk, and the file has its name.
     """
 
     values: int
     flagged: int
     seconds: float
     writing: float
+    syncing: float
 
 
 def stream(
@@ -85,8 +88,9 @@ def stream(
             entry["scene"] = text
         hdf5.write_mapping(entry, "provenance", provenance or {})
         file.flush()
-        writing += time.perf_counter() - start
-    return Streamed(n * w, flagged, time.perf_counter() - began, writing)
+        done = time.perf_counter()
+        writing += done - start
+    return Streamed(n * w, flagged, done - began, writing, time.perf_counter() - done)
 
 
 def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[str, h5py.Dataset]:

@@ -21,7 +21,7 @@ from clbrdf.precision import Precision, get_precision
 from clbrdf.scan import Scan
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.scenefile import Scene, check_terms
-from clbrdf.values import collect, enqueue, evaluate_directions, features_in_parts, mean_over
+from clbrdf.values import Launcher, evaluate_directions, features_in_parts, mean_over
 
 Array = npt.NDArray[np.float64]
 Real = npt.NDArray[Any]
@@ -49,8 +49,7 @@ class Surface(Protocol):
     def finish(self) -> None:
         """Wait for what is computed ahead."""
 
-    @property
-    def diverges(self) -> bool:
+    def diverges(self, wavelength: Array) -> bool:
         """Whether the integral over the whole hemisphere has no bound."""
 
 
@@ -86,19 +85,19 @@ class ModelSurface:
 
     def blocks(self, directions: Directions, wavelength: Array, rows: int) -> Iterator[tuple[slice, Real]]:
         """As `Surface`; while one block is used the next is computed."""
-        p = self.parameters(wavelength)
+        launcher = Launcher(self.model, self.parameters(wavelength), self.precision, self.device)
         starts = range(0, len(directions), rows)
         under_way = None
         for start in [*starts, len(directions)]:
             following = None
             if start < len(directions):
                 x = features_in_parts(self.model, directions[start : start + rows], self.precision)
-                following = (start, x, enqueue(self.model, p, x, self.precision, self.device))
+                following = (start, launcher.begin(x))
             if under_way is not None:
-                first, seen, pending = under_way
-                out = np.empty((len(seen), len(p)), self.precision.dtype)
-                collect(pending, self.model, p, seen, self.precision, out)
-                yield slice(first, first + len(seen)), out
+                first, pending = under_way
+                out = np.empty((len(pending.x), len(wavelength)), self.precision.dtype)
+                launcher.finish(pending, out)
+                yield slice(first, first + len(out)), out
             under_way = following
 
     def mean(
@@ -120,10 +119,9 @@ class ModelSurface:
         """As `Surface`."""
         open_queue(self.device).finish()
 
-    @property
-    def diverges(self) -> bool:
+    def diverges(self, wavelength: Array) -> bool:
         """As `Surface`."""
-        return "specular" not in self.model.left_out
+        return self.model.diverges(self.parameters(wavelength))
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +174,9 @@ class ScanSurface:
     def finish(self) -> None:
         """As `Surface`."""
 
-    @property
-    def diverges(self) -> bool:
+    def diverges(self, wavelength: Array) -> bool:
         """As `Surface`."""
+        del wavelength
         return False
 
 
@@ -244,7 +242,12 @@ def make_surface(scene: Scene, device: Device | None = None) -> Surface:
             return {name: values for name, values in given(wavelength).items() if name in model.names}
 
         curves = kept
-    return ModelSurface(model, curves, get_precision(scene.precision), device or choose_device())
+    surface = ModelSurface(model, curves, get_precision(scene.precision), device or choose_device())
+    try:
+        surface.parameters(np.array(scene.wavelength))
+    except InputError as error:
+        raise InputError(f"surface.parameters: {error}") from error
+    return surface
 
 
 def model_curves(parameters: dict[str, Curve]) -> Callable[[Array], dict[str, Array]]:

@@ -2,8 +2,8 @@
 
     f = 1 / (Ω cosθr) ∫_Ω f_r(ωi, ω) cosθ dω,     Ω = 2π (1 − cos(angle / 2))
 
-the mean that (2) of Wang, Zhang and Dong (2013) yields: P_s is what the whole aperture receives. The paper
-gives 0.7 % of uncertainty to the solid angle and not its size; 1° is a common one.
+P_s of (2) is what the whole aperture receives, and Ω its solid angle. Source: equation (2) of Wang, Zhang and
+Dong (2013), which gives Ω an uncertainty of 0.7 % and not its size; 1° is a common one.
 """
 
 from __future__ import annotations
