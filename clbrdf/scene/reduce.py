@@ -54,7 +54,8 @@ def reduce_scene(setting: Setting, rtol: float) -> Reduced:
         )
         surface = replace(surface, precision=choice.precision)
         words.append(f"arithmetic: {choice}")
-    integrated = [name for name in INTEGRATED if getattr(scene.effects, name) is not None]
+    finest, coarser = scene.rtol, max(scene.rtol, INTEGRALS * rtol)
+    scene = scene.model_copy(update={"rtol": coarser})
     if scene.effects.on():
         places = tried_places(setting)
         ledger = keep_ledger(set_up(scene, surface, places=places))
@@ -65,10 +66,9 @@ def reduce_scene(setting: Setting, rtol: float) -> Reduced:
             for name in absent
         ]
         scene = scene.model_copy(update={"effects": scene.effects.without(absent)})
-        integrated = [name for name in integrated if name not in absent]
-    if integrated and INTEGRALS * rtol > scene.rtol:
-        words.append(f"{', '.join(integrated)}: integrated to {INTEGRALS * rtol:.2g}, not {scene.rtol:.2g}")
-        scene = scene.model_copy(update={"rtol": INTEGRALS * rtol})
+    integrated = [name for name in INTEGRATED if getattr(scene.effects, name) is not None]
+    if integrated and coarser > finest:
+        words.append(f"{', '.join(integrated)}: integrated to {coarser:.2g}, not {finest:.2g}")
     return Reduced(set_up(scene, surface), tuple(words))
 
 

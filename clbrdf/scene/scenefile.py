@@ -131,7 +131,8 @@ class Scene(Settings):
     seed : int
         Of all random effects.
     rtol : float
-        Relative tolerance of the integrals over aperture, beam and slit.
+        Relative tolerance of the integrals over aperture, beam and slit; never finer than the bound of the
+        arithmetic.
     precision : str
         Arithmetic of the model: fast, single, double.
     surface, directions, detector, effects

@@ -105,13 +105,11 @@ def _surface_blocks(setting: Setting, rows: int) -> Iterator[tuple[slice, npt.ND
     if all(getattr(effects, name) is None for name in INTEGRATED):
         yield from setting.surface.blocks(setting.true, wavelength, rows)
         return
+    rtol = max(setting.scene.rtol, setting.surface.bound)
     for start in range(0, len(setting.true), rows):
         part = slice(start, min(start + rows, len(setting.true)))
         true = setting.true[part]
-        yield (
-            part,
-            integrate(setting.surface, effects, true, wavelength, setting.scene.rtol, setting.told),
-        )
+        yield part, integrate(setting.surface, effects, true, wavelength, rtol, setting.told)
 
 
 def blocks(setting: Setting, block_values: int = BLOCK_VALUES) -> Iterator[Block]:

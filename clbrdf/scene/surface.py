@@ -46,6 +46,10 @@ class Surface(Protocol):
     ) -> Array:
         """Return means (N, W): over nodes (N K) with weights (N, K) and over λ + offsets (B,) with shares."""
 
+    @property
+    def bound(self) -> float:
+        """Relative error of the arithmetic."""
+
     def finish(self) -> None:
         """Wait for what is computed ahead."""
 
@@ -115,6 +119,11 @@ class ModelSurface:
         x = x.reshape(len(nodes) // k, k, -1)
         return mean_over(self.model, p, x, weights, shares, self.precision, self.device)
 
+    @property
+    def bound(self) -> float:
+        """As `Surface`."""
+        return self.precision.bound
+
     def finish(self) -> None:
         """As `Surface`."""
         open_queue(self.device).finish()
@@ -170,6 +179,11 @@ class ScanSurface:
     def _rows(self, rows: npt.NDArray[np.intp], wavelength: Array) -> Array:
         measured = np.where(self.scan.mask[rows], np.nan, self.scan.brdf[rows])
         return np.array([np.interp(wavelength, self.scan.wavelength, row) for row in measured])
+
+    @property
+    def bound(self) -> float:
+        """As `Surface`."""
+        return float(np.finfo(np.float64).eps)
 
     def finish(self) -> None:
         """As `Surface`."""
