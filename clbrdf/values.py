@@ -60,15 +60,20 @@ def features_in_parts(model: Model, directions: Directions, precision: Precision
 
 @dataclass(frozen=True, eq=False)
 class Pending:
-    """A launch under way: its result (W, N_padded) arrives in `host` when `event` has come."""
+    """A launch under way: its result (W, N_padded) can be read from `mapped` when `event` has come."""
 
     x: Real
-    host: Real
+    result: cl.Buffer
+    mapped: Real
     event: cl.Event
 
 
 class Launcher:
-    """The evaluate kernel with parameters (W, P) on the device, ready for block after block of directions."""
+    """The evaluate kernel with parameters (W, P) on the device, ready for block after block of directions.
+
+    A result stays in a buffer of the device until it is read, where on a CPU no copy is made; then the buffer
+    serves again.
+    """
 
     def __init__(self, model: Model, parameters: Array, precision: Precision, device: Device) -> None:
         import pyopencl as cl
@@ -78,6 +83,7 @@ class Launcher:
         self._width = variant.lanes.width
         self._kernel = cl.Kernel(build(device, variant), "evaluate")
         self._sets = upload_parameters(model, parameters, precision, device)
+        self._spare: list[cl.Buffer] = []
 
     def begin(self, x: Array) -> Pending:
         """Begin to compute f in the directions of features (N, F); `finish` waits for it."""
@@ -85,23 +91,30 @@ class Launcher:
 
         queue = open_queue(self.device)
         rows = feature_rows(x[:, None, :], self._width)
-        padded, w = rows.shape[-1], len(self.parameters)
-        host = np.empty((w, padded), dtype=self.precision.dtype)
-        result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes)
+        shape = (len(self.parameters), rows.shape[-1])
+        size = int(np.dtype(self.precision.dtype).itemsize) * shape[0] * shape[1]
+        result = self._spare.pop() if self._spare else None
+        if result is None or result.size < size:
+            result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, size)
         features = upload_features(rows, self.precision, self.device)
-        self._kernel(queue, (padded // self._width, w), None, features, np.uint64(padded), self._sets, result)
-        return Pending(x, host, cl.enqueue_copy(queue, host, result, is_blocking=False))
+        padded = np.uint64(shape[1])
+        self._kernel(queue, (shape[1] // self._width, shape[0]), None, features, padded, self._sets, result)
+        mapped, event = cl.enqueue_map_buffer(
+            queue, result, cl.map_flags.READ, 0, shape, self.precision.dtype, is_blocking=False
+        )
+        queue.flush()
+        return Pending(x, result, mapped, event)
 
     def finish(self, pending: Pending, out: Real) -> None:
         """Wait for a launch, write f into out (N, W), fp32 or fp64; NumPy gives what fp32 cannot hold."""
         pending.event.wait()
-        values = pending.host[:, : len(pending.x)]
-        out[...] = values.T
-        if self.precision.dtype is np.float32:
-            beyond = ~np.isfinite(values).all(axis=1)
-            if beyond.any():
-                x = pending.x.astype(np.float64)
-                out[:, beyond] = self.model.brdf(self.parameters[beyond][:, None, :], x).T
+        out[...] = pending.mapped[:, : len(pending.x)].T
+        pending.mapped.base.release(open_queue(self.device))
+        self._spare.append(pending.result)
+        if self.precision.dtype is np.float32 and not np.isfinite(out.max()):
+            beyond = ~np.isfinite(out).all(axis=0)
+            x = pending.x.astype(np.float64)
+            out[:, beyond] = self.model.brdf(self.parameters[beyond][:, None, :], x).T
 
 
 def mean_over(

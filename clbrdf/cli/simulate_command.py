@@ -121,7 +121,7 @@ def _print_summary(output: Path, setting: Setting, done: Streamed) -> None:
         ["values", f"{done.values}, {done.flagged} of them masked"],
         [
             "time",
-            f"{done.seconds:.3g} s, {done.writing:.3g} s of it writing; {done.syncing:.2g} s to the disk",
+            f"{done.seconds:.3g} s; {done.writing:.3g} s writing, {done.syncing:.2g} s to the disk",
         ],
     ]
     print_table(str(output), ("simulated", ""), rows, left=2)

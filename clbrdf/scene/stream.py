@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +21,8 @@ from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instru
 if TYPE_CHECKING:
     import h5py
 
-STREAM_VALUES = 1 << 20
-"""Values of a block on the way to a file: 4 MiB in fp32."""
+STREAM_VALUES = 1 << 21
+"""Values of a block on the way to a file: 8 MiB in fp32."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Streamed:
     ----------
     values, flagged : int
     seconds, writing : float
-        Wall time until the system has every value, and that of HDF5 within it.
+        Wall time until the system has every value, and that of HDF5, most of it beside the computing.
     syncing : float
         Seconds after it until they are safe on the disk, and the file has its name.
     """
@@ -72,24 +73,29 @@ def stream(
     """
     began = time.perf_counter()
     scene = setting.scene
-    writing, flagged = 0.0, 0
+    written: list[_Written] = []
     with hdf5.create_file(path, "scan", f"simulated BRDF of {scene.sample or 'a sample'}", overwrite) as file:
         entry = file["entry"]
         n, w = len(setting.nominal), len(scene.wavelength)
         datasets: dict[str, h5py.Dataset] = {}
-        for block in blocks(setting, STREAM_VALUES):
-            start = time.perf_counter()
-            datasets = datasets or _begin(entry, setting, block.values.dtype)
-            flagged += _write(datasets, block)
-            writing += time.perf_counter() - start
-            report(block.start + len(block.places), n)
+        under_way: Future[_Written] | None = None
+        with ThreadPoolExecutor(max_workers=1) as pool:
+            for block in blocks(setting, STREAM_VALUES):
+                datasets = datasets or _begin(entry, setting, block.values.dtype)
+                if under_way is not None:
+                    written.append(under_way.result())
+                under_way = pool.submit(_write, datasets, block)
+                report(block.start + len(block.places), n)
+            if under_way is not None:
+                written.append(under_way.result())
         start = time.perf_counter()
         if text:
             entry["scene"] = text
         hdf5.write_mapping(entry, "provenance", provenance or {})
         file.flush()
         done = time.perf_counter()
-        writing += done - start
+    writing = sum(part.seconds for part in written) + done - start
+    flagged = sum(part.flagged for part in written)
     return Streamed(n * w, flagged, done - began, writing, time.perf_counter() - done)
 
 
@@ -116,7 +122,20 @@ def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[st
     return datasets
 
 
-def _write(datasets: dict[str, h5py.Dataset], block: Block) -> int:
+class _Written(NamedTuple):
+    """How many values of a block are flagged, and the seconds that writing took."""
+
+    flagged: int
+    seconds: float
+
+
+def _write(datasets: dict[str, h5py.Dataset], block: Block) -> _Written:
+    """Write a block, in a thread of its own while the next one is made."""
+    start = time.perf_counter()
+    return _Written(_write_values(datasets, block), time.perf_counter() - start)
+
+
+def _write_values(datasets: dict[str, h5py.Dataset], block: Block) -> int:
     """Write a block; return how many of its values are flagged."""
     rows = slice(block.start, block.start + len(block.places))
     values = np.ascontiguousarray(block.values)

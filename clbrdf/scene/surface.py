@@ -34,7 +34,10 @@ class Surface(Protocol):
         """Return f (N, W)."""
 
     def blocks(self, directions: Directions, wavelength: Array, rows: int) -> Iterator[tuple[slice, Real]]:
-        """Give f of `rows` directions after another, (n, W), fp32 where the arithmetic has no more digits."""
+        """Give f of `rows` directions after another, (n, W), fp32 where the arithmetic has no more digits.
+
+        The array is used again for the block after the next.
+        """
 
     def mean(
         self,
@@ -90,18 +93,20 @@ class ModelSurface:
     def blocks(self, directions: Directions, wavelength: Array, rows: int) -> Iterator[tuple[slice, Real]]:
         """As `Surface`; while one block is used the next is computed."""
         launcher = Launcher(self.model, self.parameters(wavelength), self.precision, self.device)
-        starts = range(0, len(directions), rows)
+        size = min(rows, len(directions)), len(wavelength)
+        spare = [np.empty(size, self.precision.dtype) for _ in range(2)]
         under_way = None
-        for start in [*starts, len(directions)]:
+        for start in [*range(0, len(directions), rows), len(directions)]:
             following = None
             if start < len(directions):
                 x = features_in_parts(self.model, directions[start : start + rows], self.precision)
                 following = (start, launcher.begin(x))
             if under_way is not None:
                 first, pending = under_way
-                out = np.empty((len(pending.x), len(wavelength)), self.precision.dtype)
-                launcher.finish(pending, out)
-                yield slice(first, first + len(out)), out
+                spare.reverse()
+                values = spare[0][: len(pending.x)]
+                launcher.finish(pending, values)
+                yield slice(first, first + len(values)), values
             under_way = following
 
     def mean(
