@@ -109,7 +109,8 @@ class Launcher:
         """Wait for a launch, write f into out (N, W), fp32 or fp64; NumPy gives what fp32 cannot hold."""
         pending.event.wait()
         out[...] = pending.mapped[:, : len(pending.x)].T
-        pending.mapped.base.release(open_queue(self.device))
+        mapping: Any = pending.mapped.base
+        mapping.release(open_queue(self.device))
         self._spare.append(pending.result)
         if self.precision.dtype is np.float32 and not np.isfinite(out.max()):
             beyond = ~np.isfinite(out).all(axis=0)

@@ -280,6 +280,7 @@ class TestRandomNumbers:
 
     def test_no_light_no_electrons(self):
         assert (poisson_quantile(np.array([0.0, -5.0, 1e-300]), np.full(3, 0.999)) == 0).all()
+        assert np.isnan(poisson_quantile(np.array([np.nan]), np.array([0.5]))).all()
 
 
 ALL = dict.fromkeys(EFFECTS, True)

@@ -43,7 +43,10 @@ def with_shot_noise(
 
 
 def poisson_quantile(mean: Array, uniform: Array) -> Array:
-    """Return the Poisson deviates that belong to uniform numbers in (0, 1); 0 for means not above 0."""
+    """Return the Poisson deviates that belong to uniform numbers in (0, 1); 0 for means not above 0.
+
+    A mean that is NaN stays NaN: what is not known gets no electrons.
+    """
     from scipy.special import ndtri, pdtrik
 
     z, m = ndtri(uniform), np.maximum(mean, 1e-300)
@@ -53,4 +56,4 @@ def poisson_quantile(mean: Array, uniform: Array) -> Array:
     if few.any():
         exact = np.ceil(pdtrik(uniform[few], m[few]))
         out[few] = np.where(np.isfinite(exact), np.maximum(exact, 0.0), 0.0)
-    return np.where(mean > 0.0, np.maximum(out, 0.0), 0.0)
+    return np.where(np.isnan(mean), np.nan, np.where(mean > 0.0, np.maximum(out, 0.0), 0.0))
