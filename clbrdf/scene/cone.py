@@ -54,7 +54,7 @@ def cone_nodes(axis: Array, centre: Array, half_angle: float, order: int) -> tup
 def _circles(
     gap: Array, inside: npt.NDArray[np.bool_], half_angle: float, order: int
 ) -> tuple[Array, Array, Array]:
-    """Radii (N, 2 order) about the centre, their widths dr, and the half-angles α of the arcs in the cone."""
+    """Radii (N, 2 order) about the centre, their widths dr, and the half-angles α of arcs."""
     s, weight = np.polynomial.legendre.leggauss(order)
     s, weight = (s + 1.0) / 2.0, weight / 2.0
     low, high = np.abs(half_angle - gap)[:, None], (half_angle + gap)[:, None]
@@ -73,7 +73,6 @@ def _circles(
     lower = np.sin((half_angle + radius + d) / 2.0) * np.sin((radius + d - half_angle) / 2.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         arc = 2.0 * np.arctan2(np.sqrt(np.maximum(upper, 0.0)), np.sqrt(np.maximum(lower, 0.0)))
-    arc[inside, :order] = np.pi
     return radius, width, arc
 
 

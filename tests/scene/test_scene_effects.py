@@ -231,6 +231,13 @@ class TestNoise:
         scale = counts_per_brdf(np.arange(801) * 0.1)
         np.testing.assert_allclose(sigma, np.sqrt(truth * scale / 2.0) / scale, rtol=1e-6)
 
+    def test_dark_charge_makes_noise_and_no_signal(self):
+        effects = {"shot_noise": {}, "dark": {"rate": 1e6}}
+        z, sigma, truth = self.pulls(effects, detector=LIT)
+        scale = counts_per_brdf(np.arange(801) * 0.1)
+        np.testing.assert_allclose(sigma, np.sqrt((truth * scale + 2e4) / 2.0) / scale, rtol=1e-6)
+        assert abs(z.mean()) < 0.054
+
     def test_read_noise_is_counts(self):
         _, sigma, _ = self.pulls({"read_noise": {"sigma": 5.0}}, detector=LIT)
         np.testing.assert_allclose(sigma, 5.0 / counts_per_brdf(np.arange(801) * 0.1), rtol=1e-6)

@@ -16,7 +16,7 @@ import pytest
 from clbrdf import InputError, Scan
 from clbrdf.scene import simulate
 from clbrdf.scene.simulate import set_up
-from clbrdf.scene.stream import stream
+from clbrdf.scene.stream import STREAM_VALUES, stream
 from tests.scene.scenes import scene
 
 SMALL = {"theta_i": [30, 60], "theta_r": [0, 30, 60], "wavelength": {"start": 400, "stop": 700, "step": 10}}
@@ -29,8 +29,10 @@ HEMISPHERE = {
 }
 
 
+@pytest.mark.parametrize("values", [50, 100, STREAM_VALUES])
 @pytest.mark.parametrize("effects", [{}, {"reader": True, "saturation": True}])
-def test_the_file_holds_what_memory_holds(tmp_path, effects):
+def test_the_file_holds_what_memory_holds(tmp_path, effects, values, monkeypatch):
+    monkeypatch.setattr("clbrdf.scene.stream.STREAM_VALUES", values)
     made = scene(**SMALL, effects=effects, detector={"integration_time": 0.05}, sample="foil", seed=3)
     stream(set_up(made), tmp_path / "scan.h5", text="the scene", provenance={"seed": "3"})
     kept, there = Scan.open(tmp_path / "scan.h5"), simulate(made)
@@ -98,7 +100,7 @@ def test_12_million_values_in_a_gigabyte(tmp_path, effects):
     import resource
     from pathlib import Path
     from clbrdf.scene.simulate import set_up
-    from clbrdf.scene.stream import stream
+    from clbrdf.scene.stream import STREAM_VALUES, stream
     from tests.scene.scenes import scene
     from tests.scene.test_scene_stream import HEMISPHERE
     done = stream(set_up(scene(**HEMISPHERE, precision="single", effects={effects!r})), "scan.h5")
