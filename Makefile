@@ -20,6 +20,7 @@ bench: .venv/installed-bench
 	$(BIN)/clbrdf devices --tune
 	$(BIN)/clbrdf bench throughput
 	$(BIN)/clbrdf bench accuracy --png docs/pictures/accuracy.png --overwrite
+	$(BIN)/clbrdf bench optimizers --png docs/pictures/optimizers.png --overwrite
 
 soak: .venv/installed-dev
 	$(BIN)/python -m pytest -m soak

@@ -35,7 +35,7 @@ def safe_lanes(device: Device, dtype: type[np.floating]) -> Lanes:
 
     Wider vectors crash or hang the compiler of the PoCL that the wheel brings on AVX-512 machines.
     """
-    return Lanes(1, 1) if device.kind == "gpu" else Lanes(32 // np.dtype(dtype).itemsize, 4)
+    return Lanes(1, 1) if device.kind == "gpu" else Lanes(32 // np.dtype(dtype).itemsize, 8)
 
 
 def lanes_of(device: Device, dtype: type[np.floating]) -> Lanes:

@@ -119,6 +119,11 @@ def constants_text(variant: Variant) -> str:
         f"constant int on_log_scale[P] = {{{on_log}}};",
         f"constant int sign_of[P] = {{{signs}}};",
     ]
+    # Without a structure nothing is solved, and the places are not used.
+    linear = [] if model.structure is None else model.places(model.structure.linear)
+    searched = [j for j in range(len(names)) if j not in linear]
+    for name, places in (("linear_place", linear or [0]), ("searched_place", searched)):
+        lines.append(f"constant int {name}[] = {{{', '.join(map(str, places))}}};")
     return "\n".join(lines) + "\n"
 
 

@@ -8,14 +8,33 @@
 //   start, end     (W, G, P) coordinates q, vectors of WIDTH
 //   objective      (W, G)    E at the end
 //   iterations     (W, G)    passes over the directions while the lane was not done
-//   done           (W, G)    1 where stopped by itself, 0 where by `most_iterations`
+//   done           (W, G)    given: 1 for lanes that stay as they are; then 1 where stopped by itself, 0
+//                            where by `most_iterations`
+//
+// In single precision the limits below keep the damped system solvable; E is then good to about 1e-6.
 //
 // Sources: Marquardt, J. SIAM 11 (1963) 431, doi:10.1137/0111030 (method, scaling); Nielsen, Damping
 // parameter in Marquardt's method, IMM-REP-1999-05 (change of μ).
 
+#ifdef REAL_IS_DOUBLE
+#define LEAST_SQUARE 1e-290
+#define LEAST_PIVOT 1e-30
+#define LEAST_DAMPING 1e-15
+#define MOST_DAMPING 1e16
+#else
+#define LEAST_SQUARE 1e-36f
+#define LEAST_PIVOT 1e-9f
+#define LEAST_DAMPING 1e-6f
+#define MOST_DAMPING 1e7f
+#endif
+
 #define PACKED(i, j) ((i) * ((i) + 1) / 2 + (j))
 #define PAIRS (P * (P + 1) / 2)
 
+#define PRODUCTS (TANGENTS * (TANGENTS + 1) / 2)
+
+// E, h and H at q. Within one incident direction the derivatives are multiples of a few tangents: products of
+// those are summed, and spread over the parameters once a group.
 inline realv normal_equations(const realv *q, global const real *restrict rows,
                               global const uint *restrict starts, const uint groups,
                               global const real *restrict target, global const real *restrict scale,
@@ -28,35 +47,48 @@ inline realv normal_equations(const realv *q, global const real *restrict rows,
     }
     for (int k = 0; k < PAIRS; ++k) H[k] = (realv)0.0;
     model_state m = model_prepare(p);
-    realv sum = (realv)0.0;
+    realv E = (realv)0.0;
     for (uint g = 0; g < groups; ++g) {
         model_incident(&m, geometry_of(rows, starts[g]));
+        realv product[PRODUCTS], with_residual[TANGENTS];
+        for (int k = 0; k < PRODUCTS; ++k) product[k] = (realv)0.0;
+        for (int k = 0; k < TANGENTS; ++k) with_residual[k] = (realv)0.0;
         for (uint n = starts[g]; n < starts[g + 1]; ++n) {
             const realv s = (realv)scale[n];
-            realv gradient[P];
-            const realv residual = s * model_gradient(&m, geometry_of(rows, n), gradient) - (realv)target[n];
-            sum += residual * residual;
-            for (int i = 0; i < P; ++i) {
-                gradient[i] *= s * slope[i];
-                h[i] += gradient[i] * residual;
-                for (int j = 0; j <= i; ++j) H[PACKED(i, j)] += gradient[i] * gradient[j];
+            realv tangent[TANGENTS];
+            const realv residual = s * model_tangents(&m, geometry_of(rows, n), tangent) - (realv)target[n];
+            E += residual * residual;
+            for (int i = 0; i < TANGENTS; ++i) {
+                tangent[i] *= s;
+                with_residual[i] += tangent[i] * residual;
+                for (int j = 0; j <= i; ++j) product[PACKED(i, j)] += tangent[i] * tangent[j];
+            }
+        }
+        realv factor[P];
+        model_factors(&m, factor);
+        for (int i = 0; i < P; ++i) {
+            factor[i] *= slope[i];
+            h[i] += factor[i] * with_residual[tangent_of[i]];
+            for (int j = 0; j <= i; ++j) {
+                const int s = tangent_of[i], t = tangent_of[j];
+                H[PACKED(i, j)] += factor[i] * factor[j] * product[s > t ? PACKED(s, t) : PACKED(t, s)];
             }
         }
     }
-    return sum;
+    return E;
 }
 
 // Solve (S H S + μI) y = −S h over the free coordinates, S the scaling to a unit diagonal; δ = S y.
 // Returns the decrease of E that the quadratic model predicts for δ.
 inline realv damped_step(const realv *h, const realv *H, const realv *free, realv mu, realv *delta) {
     realv L[PAIRS], S[P], y[P];
-    for (int i = 0; i < P; ++i) S[i] = rsqrt(max(H[PACKED(i, i)], (realv)1e-290)) * free[i];
+    for (int i = 0; i < P; ++i) S[i] = rsqrt(max(H[PACKED(i, i)], (realv)LEAST_SQUARE)) * free[i];
     for (int i = 0; i < P; ++i)
         for (int j = 0; j <= i; ++j) {
             realv sum = H[PACKED(i, j)] * S[i] * S[j];
             if (i == j) sum += mu + ((realv)1.0 - free[i]);
             for (int k = 0; k < j; ++k) sum -= L[PACKED(i, k)] * L[PACKED(j, k)];
-            L[PACKED(i, j)] = i == j ? sqrt(max(sum, (realv)1e-30)) : sum / L[PACKED(j, j)];
+            L[PACKED(i, j)] = i == j ? sqrt(max(sum, (realv)LEAST_PIVOT)) : sum / L[PACKED(j, j)];
         }
     for (int i = 0; i < P; ++i) {
         realv sum = -h[i] * S[i];
@@ -88,10 +120,12 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
     global const real *target = target_all + w * n_directions;
     global const real *scale = scale_all + w * n_directions;
 
+    realv done = LOAD(place, done_all);
+    if (!ANY(done == (realv)0.0)) return;
     realv q[P], h[P], H[PAIRS];
     for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
     realv E = normal_equations(q, rows, starts, incident_groups, target, scale, h, H);
-    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0, done = (realv)0.0;
+    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
         realv free[P], delta[P], trial[P], trial_h[P], trial_H[PAIRS];
@@ -111,13 +145,13 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
 
         const integerv open = done == (realv)0.0;
         const integerv accept = open & (trial_E < E);
-        const realv ratio = (E - trial_E) / max(predicted, (realv)1e-300);
+        const realv ratio = (E - trial_E) / max(predicted, (realv)LEAST_SQUARE);
         const realv bend = (realv)2.0 * ratio - (realv)1.0;
         const realv shrink = max((realv)1.0 / (realv)3.0, (realv)1.0 - bend * bend * bend);
         // Judged before the trial is taken: the trial may still bring the last digit.
         const integerv finished = ((predicted <= (realv)tolerance * E) & (mu <= (realv)1.0)) |
-                                  (mu > (realv)1e16) | (E <= (realv)1e-30);
-        mu = accept ? max(mu * min(shrink, (realv)2.0), (realv)1e-15) : (open ? mu * growth : mu);
+                                  (mu > (realv)MOST_DAMPING) | (E <= (realv)1e-30);
+        mu = accept ? max(mu * min(shrink, (realv)2.0), (realv)LEAST_DAMPING) : (open ? mu * growth : mu);
         growth = accept ? (realv)2.0 : (open ? growth * (realv)2.0 : growth);
         E = accept ? trial_E : E;
         for (int j = 0; j < P; ++j) {

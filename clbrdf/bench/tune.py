@@ -21,7 +21,7 @@ from clbrdf.precision import get_precision
 from clbrdf.progress import Report, silent
 
 WIDTHS = {"float32": (4, 8, 16), "float64": (2, 4, 8)}
-UNROLLS = (1, 2, 4, 8)
+UNROLLS = (1, 2, 4, 8, 12, 16)
 SECONDS = 20.0
 """Time limit of a child, which builds and times one width with every unrolling."""
 

@@ -12,11 +12,17 @@ from cyclopts import Parameter
 from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
+from clbrdf.cli.bench_optimizers import (
+    OptimizerOptions,
+    bench_optimizers,
+    bench_references,
+    check_unused,
+)
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_output, whole_text
+from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.viz.curves import save_figure
@@ -25,13 +31,14 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy"],
+    what: Literal["throughput", "accuracy", "optimizers", "references"],
     /,
     *,
     device: DeviceName = None,
     json: JsonFile = None,
-    png: Annotated[Path | None, Parameter(help="accuracy: also draw the tables")] = None,
+    png: Annotated[Path | None, Parameter(help="accuracy, optimizers: also draw the tables")] = None,
     overwrite: Overwrite = False,
+    options: Annotated[OptimizerOptions | None, Parameter(name="*")] = None,
 ) -> None:
     """Measure on this machine, now, in one run.
 
@@ -39,15 +46,27 @@ def command(
     ----------
     what
         throughput: million model evaluations a second in E (13), beside NumPy, Numba and C, interleaved;
-        accuracy: error over time for model values, E, fits and integrals
+        accuracy: error over time for model values, E, fits and integrals;
+        optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
+        references: the reference optima of that set, searched again
     """
     for output in (json, png):
         if output is not None:
             check_output(output, overwrite)
-    if png is not None and what != "accuracy":
-        raise InputError(f"--png: bench {what} draws no figure; it belongs to bench accuracy")
+    check_apart([json, png], options.scan if options else [])
+    if png is not None and what not in ("accuracy", "optimizers"):
+        raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
+    if what != "optimizers":
+        check_unused(options, what)
     chosen = choose_device(device)
-    content = _throughput(chosen) if what == "throughput" else _accuracy(chosen, png, overwrite)
+    if what == "throughput":
+        content = _throughput(chosen)
+    elif what == "accuracy":
+        content = _accuracy(chosen, png, overwrite)
+    elif what == "optimizers":
+        content = bench_optimizers(options or OptimizerOptions(), chosen, png, overwrite)
+    else:
+        content = bench_references()
     if json is not None:
         whole_text(json, {"device": str(chosen), **content}, overwrite)
 

@@ -9,16 +9,19 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
+from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
+from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.objective import WEIGHTS
+from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 
 
@@ -32,13 +35,17 @@ def command(
     weights: str = WEIGHTS[0],
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
+    smooth: float | None = None,
+    rtol: float | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
     json: JsonFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
+    check: Annotated[bool, Parameter(negative="")] = False,
+    check_wavelengths: str | None = None,
     overwrite: Overwrite = False,
-) -> None:
+) -> int:
     """Fit the model at every wavelength of a scan; print the table and write the fit.
 
     Parameters
@@ -46,7 +53,7 @@ def command(
     scan
         scan file
     method
-        auto or anneal
+        auto, dictionary, anneal-separable, tempering or anneal
     seed
         of the random numbers; the same seed gives the same file, byte for byte
     weights
@@ -56,21 +63,32 @@ def command(
         name=lower:upper in place of the model's limits, as often as needed
     model
         name of the model
+    smooth
+        tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
+        10 nm, for instance 0.01; off by default
+    rtol
+        take the cheapest search that brings E within this share of the optimum, measured on a sample of the
+        wavelengths; from 1e-9
     chains
-        annealing chains a wavelength
+        annealing chains a wavelength (--method anneal and anneal-separable)
     levels
-        temperature levels
+        temperature levels (--method anneal and anneal-separable)
     all_rows
         print every wavelength, however many
+    check
+        search the optimum again with two independent optimizers at a sample of wavelengths and print a
+        verdict for each; exit status 1 where the fit is worse
+    check_wavelengths
+        how many of them, 8 if not given, or all; means --check
     """
     check_apart([output, json], [scan])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
+    checked = check_count(check, check_wavelengths)
+    if checked != NO_CHECK and smooth is not None:
+        raise InputError(f"--check: {TIED}")
     measured = Scan.open(scan)
-    rules = Settings()
-    rules = replace(rules, chains=rules.chains if chains is None else chains)
-    rules = replace(rules, levels=rules.levels if levels is None else levels)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
             measured,
@@ -79,17 +97,43 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=model,
-            settings=rules,
+            smooth=smooth,
+            rtol=rtol,
+            settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
+    options |= {"smooth": smooth, "rtol": rtol}
     made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
-    if json is not None:
-        whole_text(json, fit_content(result), overwrite)
     print_fit(str(target), result, all_rows)
+    verdicts = run_check(result, checked)
+    if json is not None:
+        told = {"check": check_content(verdicts, tolerance_of(result))} if verdicts else {}
+        whole_text(json, {**fit_content(result), **told}, overwrite)
+    return int(any(verdict.word == "worse" for verdict in verdicts))
+
+
+def _settings(method: str, chains: int | None, levels: int | None) -> Settings | None:
+    """Return settings of an annealing method, None where nothing is asked for.
+
+    Raises
+    ------
+    InputError
+        Settings of annealing for a method that does not anneal.
+    """
+    if chains is None and levels is None:
+        return None
+    if method not in ("anneal", "anneal-separable"):
+        name = "chains" if chains is not None else "levels"
+        raise InputError(f"--{name} is for annealing; add --method anneal, or leave it out")
+    usual = Settings()
+    return Settings(
+        chains=usual.chains if chains is None else chains,
+        levels=usual.levels if levels is None else levels,
+    )
 
 
 def fit_content(fit: Fit) -> dict[str, Any]:
@@ -112,6 +156,11 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.relative_rms_by_incident_angle.T.tolist(),
         "status": fit.status.tolist(),
+        "correlation": fit.correlation.tolist(),
+        "condition": fit.condition.tolist(),
+        "remarks": list(fit.remarks),
+        "starts": fit.starts.tolist(),
+        "agreeing": fit.agreeing.tolist(),
         "evaluations": fit.evaluations.tolist(),
         "acceptance": fit.acceptance.tolist(),
         "not_finite": fit.not_finite.tolist(),

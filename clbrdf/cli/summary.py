@@ -11,8 +11,12 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
+from clbrdf.fit.identifiability import by_remark
 from clbrdf.fit.result import Fit
 from clbrdf.scan import Scan
+
+MOST_REMARKS = 8
+"""Remarks on what the data leave open."""
 
 SHOWN_ROWS = 24
 """Wavelengths in a printed table, where there are more and not all are asked for."""
@@ -89,7 +93,11 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ],
         ["σr (14)", f"median {number(100 * np.median(fit.relative_rms[good]), 3)} % over all directions"],
         ["evaluations", f"{int(np.median(fit.evaluations[good]))} a wavelength"],
-        ["moves taken", f"{100 * np.median(fit.acceptance[good]):.0f} %"],
+        [
+            "same end",
+            f"{int(np.median(fit.agreeing[good]))} of {int(np.median(fit.starts[good]))} starts (median)",
+        ],
+        ["condition", f"median {number(np.median(fit.condition[good]), 3)}, of the scaled derivatives"],
         ["not finite", f"{int(fit.not_finite.sum())} evaluations, refused"],
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
         ["device", fit.device],
@@ -98,7 +106,26 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         lines.append(
             ["time", f"{fit.seconds:.2f} s, {1e3 * fit.seconds / max(1, good.sum()):.3g} ms a wavelength"]
         )
+    if np.isfinite(fit.acceptance).any():
+        lines.insert(5, ["moves taken", f"{100 * np.nanmedian(fit.acceptance):.0f} %"])
+    for k, text in enumerate(fit.tolerance):
+        lines.insert(2 + k, ["next better" if k else "for the rtol", text])
     print_table("", ("fit", ""), lines, left=2)
+    _print_remarks(fit)
+
+
+def _print_remarks(fit: Fit) -> None:
+    """Print what the data leave open, and where."""
+    found = by_remark(fit.remarks, fit.wavelength)
+    if not found:
+        return
+    rows = []
+    for text, nm in found[:MOST_REMARKS]:
+        span = f"{nm[0]:g} nm" if len(nm) == 1 else f"{len(nm)} from {nm[0]:g} to {nm[-1]:g} nm"
+        rows.append([text, "everywhere" if len(nm) == len(fit.wavelength) else span])
+    if len(found) > MOST_REMARKS:
+        rows.append([f"and {len(found) - MOST_REMARKS} more, in the fit file", ""])
+    print_table("", ("the data leave open", "wavelengths"), rows, left=2)
 
 
 Column = tuple[str, list[str]]

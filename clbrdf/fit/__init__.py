@@ -11,24 +11,30 @@ import numpy.typing as npt
 
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.fit.anneal import Settings, search
+from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
-from clbrdf.fit.polish import polish
+from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.result import STATUSES, Fit
+from clbrdf.fit.smooth import smooth as smooth_out
+from clbrdf.fit.smooth import start_each_other
+from clbrdf.fit.solve import joined, solve
+from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.tolerance import SAMPLE, choose_settings
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
-__all__ = ["METHODS", "STATUSES", "Fit", "Settings", "fit"]
+__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "TemperingSettings", "fit"]
 
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
 
-METHODS = ("auto", "anneal")
-"""`auto` is the fastest method that reaches the optimum; today that is `anneal`."""
+METHODS = METHOD_NAMES
+"""`auto` is the fastest method that reaches the optimum: `dictionary` where the model has one."""
 
 
 def fit(
@@ -39,14 +45,16 @@ def fit(
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str = DEFAULT_MODEL,
-    settings: Settings | None = None,
+    smooth: float | None = None,
+    rtol: float | None = None,
+    settings: Settings | TemperingSettings | DictionarySettings | None = None,
     device: Device | None = None,
     report: Report = silent,
 ) -> Fit:
     """Fit a model to a scan at every wavelength.
 
-    Many annealing chains a wavelength search all parameters in parallel; the best go on to a bounded
-    Levenberg–Marquardt polish in fp64 with analytic derivatives; the lowest E wins.
+    A method searches for starts; a bounded Levenberg–Marquardt polish in fp64 with analytic derivatives
+    takes each to a stationary point; the lowest E wins.
 
     Parameters
     ----------
@@ -61,8 +69,16 @@ def fit(
     bounds : mapping of str to (float, float), optional
         Limits that replace those of the model's table.
     model : str
-    settings : Settings, optional
-        Length and care of the search.
+    smooth : float, optional
+        Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
+        expected to change in 10 nm, in (0, 1]; see `clbrdf.fit.smooth`. E then is that of the smooth
+        parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    rtol : float, optional
+        Largest excess of E over the optimum, relative, from 1e-9: the cheapest of the method's searches that
+        keeps it on a sample of the scan's wavelengths is taken; `tolerance` of the fit tells which.
+    settings : Settings, TemperingSettings or DictionarySettings, optional
+        Length and care of the search, of the type that the method takes; with them "auto" is the method
+        that takes them.
     device : Device, optional
         From `choose_device`; the preferred one if not given.
     report : callable
@@ -75,19 +91,23 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, model, weights or bounds; nothing in the scan that can be fitted, or values
-        beyond PLAUSIBLE.
+        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range;
+        nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
     """
-    if method not in METHODS:
-        raise InputError(f"no method is called {method!r}; there are {', '.join(METHODS)}")
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    if smooth is not None and not 0.0 < smooth <= 1.0:
+        raise InputError(f"smooth is {smooth:g}; give a share of the range in 10 nm, above 0 to 1")
     start = time.perf_counter()
-    chosen, rules = get_model(model), settings or Settings()
+    chosen = get_model(model)
+    way = get_method(method, chosen, settings)
+    rules = settings or way.settings()
+    if rtol is not None and settings is not None:
+        raise InputError("settings and rtol both choose the search; give one of them")
     limits, g = chosen.bounds(bounds), weight_matrix(scan, weights)
     fitted = np.flatnonzero((g > 0.0).any(axis=0))
     if len(fitted) == 0:
@@ -97,28 +117,42 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     where = device or choose_device()
-    blocks = wavelength_blocks(fitted, len(scan.theta_i), len(limits), rules)
-    total = rules.levels * len(blocks)
+    choice = None
+    if rtol is not None:
+        sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
+        problem = make_problem(scan.columns(sample), g[:, sample], chosen, limits, where)
+        choice = choose_settings(problem, way, seed, rtol)
+        rules = choice.rung.settings
+    blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
     parts = []
     for k, block in enumerate(blocks):
         problem = make_problem(scan.columns(block), g[:, block], chosen, limits, where)
-        found = search(problem, rules, seed, _part_of(report, k * rules.levels, total))
-        parts.append((found, polish(problem, found.coordinates)))
+        parts.append(solve(problem, way, rules, seed, _part_of(report, k, len(blocks))))
     provenance = {
         "weights": weights if isinstance(weights, str) else "user",
-        **{f"anneal_{name}": str(value) for name, value in asdict(rules).items()},
+        **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
+    if rtol is not None:
+        provenance["rtol"] = f"{rtol:g}"
+    solution, covariance = joined(parts), None
+    if smooth is not None:
+        provenance["smooth"] = f"{smooth:g}"
+        problem = make_problem(scan.columns(fitted), g[:, fitted], chosen, limits, where)
+        solution = start_each_other(problem, solution)
+        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     return assemble(
         scan,
         chosen,
         fitted,
-        parts,
+        solution,
+        covariance=covariance,
         weights=g,
         bounds=limits,
-        method="anneal",
+        method=way.name,
         device=str(where),
         seed=seed,
         provenance=provenance,
+        tolerance=() if choice is None else choice.lines(),
         start=start,
     )
 
@@ -134,6 +168,6 @@ def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
         )
 
 
-def _part_of(report: Report, before: int, total: int) -> Report:
-    """Return a report for one part of the work that tells of the whole."""
-    return lambda done, _: report(before + done, total)
+def _part_of(report: Report, part: int, parts: int) -> Report:
+    """Return a report for one of several parts that tells of the whole, in thousandths of a part."""
+    return lambda done, total: report(1000 * part + 1000 * done // total, 1000 * parts)

@@ -1,24 +1,26 @@
-"""From the ends of the polish to a Fit: the best end, its uncertainties, its status."""
+"""From a solution to a Fit: parameters, their uncertainties, what the data leave open, status."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.polish import Polished
-from clbrdf.fit.problem import Candidates
+from clbrdf.fit.identifiability import remarks
 from clbrdf.fit.result import Fit
+from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import uncertainty
 from clbrdf.models import Model
 from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
-T = TypeVar("T", bound=np.generic)
+
+NEGLIGIBLE = 1e-9
+"""Share of E that setting a parameter to 0 may cost."""
 
 BOUND_TOLERANCE = 1e-9
 """A coordinate this near its limit, as a share of its range, is at the limit."""
@@ -28,55 +30,63 @@ def assemble(
     scan: Scan,
     model: Model,
     fitted: npt.NDArray[np.intp],
-    parts: Sequence[tuple[Candidates, Polished]],
+    solution: Solution,
     *,
+    covariance: Array | None,
     weights: Array,
     bounds: Array,
     method: str,
     device: str,
     seed: int,
     provenance: Mapping[str, str],
+    tolerance: tuple[str, ...],
     start: float,
 ) -> Fit:
-    """Return the fit of a scan from the results of its blocks; `fitted` are the places of the wavelengths.
+    """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
-    `start` is the reading of `time.perf_counter` when the fit began.
+    `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is the reading of
+    `time.perf_counter` when the fit began.
     """
-    w, p = len(scan.wavelength), len(model.parameters)
-    coordinates = np.concatenate([polished.coordinates for _, polished in parts])
-    ends = np.concatenate([polished.objective for _, polished in parts])
-    best = np.nanargmin(np.where(np.isfinite(ends), ends, np.inf), axis=1)
-    rows = np.arange(len(fitted))
+    w = len(scan.wavelength)
     limits = model.coordinate_bounds(bounds)
-    vector, at_bound = settle(model, coordinates[rows, best], limits, bounds)
-    converged = np.concatenate([polished.converged for _, polished in parts])[rows, best]
+    vector, at_bound = settle(model, solution.coordinates, limits, bounds)
 
-    parameters, sigma = np.full((w, p), np.nan), np.full((w, p), np.nan)
-    status = np.full(w, "no data", dtype="<U13")
-    parameters[fitted] = vector
     features = model.features(scan.directions)
-    for k, place in enumerate(fitted):
-        result = uncertainty(
-            model,
-            features,
-            vector[k],
-            at_bound[k],
-            scan.brdf[:, place],
-            weights[:, place],
-            None if scan.sigma is None else scan.sigma[:, place],
-        )
-        sigma[place] = result.sigma
-        status[place] = _status(bool(converged[k]), result.determined, bool(at_bound[k].any()))
+    fitted_values = model.brdf(vector[:, None, :], features)
+    # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
+    energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
+    for k in np.flatnonzero((vector == 0.0).any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))):
+        vector[k] = np.where(vector[k] == 0.0, model.from_coordinates(limits[:, 0]), vector[k])
+        fitted_values[k] = model.brdf(vector[k, None, :], features)
+    result = uncertainty(
+        model,
+        features,
+        vector,
+        at_bound,
+        fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
+        weights[:, fitted].T,
+        None if scan.sigma is None else scan.sigma[:, fitted].T,
+    )
 
-    def spread(values: npt.NDArray[T], fill: float) -> npt.NDArray[T]:
-        out = np.full(w, fill, dtype=values.dtype)
+    def placed(values: Any, fill: Any) -> Any:
+        out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
         out[fitted] = values
         return out
 
-    found = [candidates for candidates, _ in parts]
-    spent = np.concatenate([c.evaluations for c in found])
-    spent += np.concatenate([polished.evaluations.sum(axis=1) for _, polished in parts])
-    values = model.brdf(parameters[:, None, :], features).T
+    deviation = result.sigma
+    if covariance is not None:
+        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
+        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
+        deviation[at_bound] = np.nan
+    parameters, sigma = placed(vector, np.nan), placed(deviation, np.nan)
+    correlation = placed(result.correlation, np.nan)
+    status = np.full(w, "no data", dtype="<U13")
+    for j, place in enumerate(fitted):
+        converged, determined = bool(solution.converged[j]), bool(result.determined[j])
+        status[place] = _status(converged, determined, bool(at_bound[j].any()))
+
+    values = np.full(scan.brdf.shape, np.nan)
+    values[:, fitted] = fitted_values.T
     return Fit(
         scan=scan,
         model=model,
@@ -86,15 +96,28 @@ def assemble(
         relative_rms=relative_rms(values, scan),
         relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
         status=status,
-        evaluations=spread(spent, 0),
-        acceptance=spread(np.concatenate([c.acceptance for c in found]), np.nan),
-        not_finite=spread(np.concatenate([c.not_finite for c in found]), 0),
+        correlation=correlation,
+        condition=placed(result.condition, np.nan),
+        remarks=remarks(
+            model,
+            scan,
+            parameters,
+            placed(result.undetermined, False),
+            placed(at_bound, False),
+            correlation,
+        ),
+        evaluations=placed(solution.evaluations, 0),
+        starts=placed(solution.starts, 0),
+        agreeing=placed(solution.agreeing, 0),
+        acceptance=placed(solution.acceptance, np.nan),
+        not_finite=placed(solution.not_finite, 0),
         weights=weights,
         bounds=bounds,
         method=method,
         device=device,
         seed=seed,
         provenance=provenance,
+        tolerance=tolerance,
         seconds=time.perf_counter() - start,
     )
 

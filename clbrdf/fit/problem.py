@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +55,10 @@ class Problem:
         w, n = self.target.shape
         return w, n
 
+    def take(self, rows: npt.NDArray[np.intp]) -> Problem:
+        """Return the problem at some of its wavelengths."""
+        return replace(self, target=self.target[rows], scale=self.scale[rows], keys=self.keys[rows])
+
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
@@ -70,12 +74,15 @@ class Candidates:
         Share of proposed moves that were taken, [0, 1]; NaN for methods that propose none.
     not_finite : (W,) int64
         Evaluations whose E was not finite; they were refused.
+    doubtful : (W,) bool
+        Where the search itself saw that it may have to look again.
     """
 
     coordinates: Array
     evaluations: npt.NDArray[np.int64]
     acceptance: Array
     not_finite: npt.NDArray[np.int64]
+    doubtful: npt.NDArray[np.bool_]
 
 
 def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device: Device) -> Problem:

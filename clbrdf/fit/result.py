@@ -33,7 +33,7 @@ ambiguous
     a stationary point, but other parameters fit as well: too few points or incident angles, or no
     specular part
 not converged
-    the polish ran out of iterations
+    the polish ran out of iterations, or was asked to stop early (a tolerance)
 no data
     every value is masked; the parameters are NaN
 """
@@ -59,8 +59,17 @@ class Fit:
         σ_r of (14) for each of ``scan.incident_angles``.
     status : (W,) str
         One of STATUSES.
+    correlation : (W, P, P) float64
+        Of the parameters' uncertainties; NaN where one of the two has none.
+    condition : (W,) float64
+        Condition number of the weighted derivatives, columns scaled to unit length; infinite where the
+        data cannot tell parameters apart.
+    remarks : tuple of str
+        For each wavelength what the data leave open there, in words; "" where nothing.
     evaluations : (W,) int64
         Evaluations of E, search and polish together.
+    starts, agreeing : (W,) int64
+        Starts of the polish, and how many of them ended at the E that is reported.
     acceptance : (W,) float64
         Share of proposed moves taken, NaN for methods that propose none.
     not_finite : (W,) int64
@@ -73,6 +82,9 @@ class Fit:
     seed : int
     provenance : mapping of str to str
         Program version, settings, hash of the input.
+    tolerance : tuple of str
+        Which search a tolerance chose, and what the next better one costs; empty without one. Not saved,
+        as `seconds`.
     seconds : float
         Wall time of the fit. Not saved: a file holds only what input, settings and seed determine.
     """
@@ -85,7 +97,12 @@ class Fit:
     relative_rms: Array
     relative_rms_by_incident_angle: Array
     status: npt.NDArray[np.str_]
+    correlation: Array
+    condition: Array
+    remarks: tuple[str, ...]
     evaluations: npt.NDArray[np.int64]
+    starts: npt.NDArray[np.int64]
+    agreeing: npt.NDArray[np.int64]
     acceptance: Array
     not_finite: npt.NDArray[np.int64]
     weights: Array
@@ -94,12 +111,14 @@ class Fit:
     device: str
     seed: int
     provenance: Mapping[str, str] = field(default_factory=dict)
+    tolerance: tuple[str, ...] = ()
     seconds: float = float("nan")
 
     def __post_init__(self) -> None:
         for name in ("parameters", "sigma"):
             values = {key: read_only(np.asarray(value)) for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(values))
+        object.__setattr__(self, "remarks", tuple(self.remarks))
         object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
         for name in ARRAYS:
             read_only(getattr(self, name))
@@ -158,7 +177,11 @@ ARRAYS = (
     "relative_rms",
     "relative_rms_by_incident_angle",
     "status",
+    "correlation",
+    "condition",
     "evaluations",
+    "starts",
+    "agreeing",
     "acceptance",
     "not_finite",
     "weights",
@@ -188,6 +211,7 @@ def _write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, codes, "").attrs["names"] = list(STATUSES)
         else:
             hdf5.field(group, name, getattr(fit, name), "1")
+    group["remarks"] = list(fit.remarks)
     hdf5.write_mapping(group, "provenance", fit.provenance)
 
 
@@ -202,6 +226,7 @@ def _read(entry: h5py.Group) -> Fit:
         model=model,
         parameters={name: data[name][()] for name in model.names},
         sigma={name: data[f"{name}_errors"][()] for name in model.names},
+        remarks=tuple(text.decode() for text in group["remarks"][()]),
         status=np.array([names[code] for code in group["status"][()]]),
         method=hdf5.read_text(group, "method"),
         device=hdf5.read_text(group, "device"),

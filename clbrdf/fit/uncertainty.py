@@ -21,6 +21,9 @@ from clbrdf.models import Model
 
 Array = npt.NDArray[np.float64]
 
+CHUNK_BYTES = 32 << 20
+"""Of the derivatives of one chunk of wavelengths."""
+
 SMALLEST_EIGENVALUE = 1e-13
 """Of the system scaled to a unit diagonal: below it, N eps of rounding hides the direction."""
 
@@ -28,20 +31,30 @@ INVOLVED = 1e-3
 """Share of a parameter in a hidden direction from which it counts as undetermined."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Result for one wavelength.
+    """Result for W wavelengths and P parameters.
 
     Attributes
     ----------
-    sigma : (P,) float64
+    sigma : (W, P) float64
         1σ; NaN at a bound, infinite where the data cannot tell.
-    determined : bool
-        Whether all parameters off their bounds are determined.
+    correlation : (W, P, P) float64
+        Of the parameters that have a finite σ; NaN for the others.
+    condition : (W,) float64
+        Condition number of the weighted derivatives √g J of the parameters off their bounds, columns scaled
+        to unit length; infinite where the data cannot tell.
+    undetermined : (W, P) bool
+        Parameters off their bounds that the data cannot tell.
+    determined : (W,) bool
+        No such parameter, and no fewer values than parameters.
     """
 
     sigma: Array
-    determined: bool
+    correlation: Array
+    condition: Array
+    undetermined: npt.NDArray[np.bool_]
+    determined: npt.NDArray[np.bool_]
 
 
 def uncertainty(
@@ -49,48 +62,80 @@ def uncertainty(
     features: Array,
     parameters: Array,
     at_bound: npt.NDArray[np.bool_],
-    measured: Array,
+    residuals: Array,
     weights: Array,
     sigma: Array | None,
 ) -> Uncertainty:
-    """Return the uncertainties at one wavelength.
+    """Return the uncertainties at every wavelength.
 
     Parameters
     ----------
     model : Model
     features : (N, F) float64
-    parameters : (P,) float64
+    parameters : (W, P) float64
         At the optimum.
-    at_bound : (P,) bool
-    measured, weights : (N,) float64
-        1/sr and g; values of weight 0 are left out.
-    sigma : (N,) float64 or None
+    at_bound : (W, P) bool
+    residuals, weights : (W, N) float64
+        Model less measured value, 1/sr, and g; values of weight 0 are left out.
+    sigma : (W, N) float64 or None
         Standard uncertainties of the measured values, 1/sr.
     """
+    w, p = parameters.shape
+    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    parts = []
+    for first in range(0, w, size):
+        rows = slice(first, first + size)
+        jacobian = model.jacobian(parameters[rows, None, :], features)
+        s = None if sigma is None else sigma[rows]
+        parts.append(_chunk(jacobian, at_bound[rows], residuals[rows], weights[rows], s))
+    return Uncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _chunk(
+    jacobian: Array,
+    at_bound: npt.NDArray[np.bool_],
+    residuals: Array,
+    weights: Array,
+    sigma: Array | None,
+) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Fields of an Uncertainty from derivatives (w, N, P)."""
+    root = np.sqrt(weights / weights.max(axis=1, keepdims=True))
+    jacobian *= root[..., None]
     used = weights > 0.0
-    x, g, free = features[used], weights[used] / weights.max(), ~at_bound
-    jacobian = model.jacobian(parameters[None, :], x)[:, free]
-    out = np.full(len(parameters), np.nan)
-    n, p = jacobian.shape
-    if p == 0:
-        return Uncertainty(out, True)
-    root = np.sqrt(g)[:, None] * jacobian
-    length = np.sqrt((root**2).sum(axis=0))
-    felt = length > 0.0
-    unit = np.divide(root, length, out=np.zeros_like(root), where=felt)
-    values, vectors = np.linalg.eigh(unit.T @ unit)
-    hidden = values < SMALLEST_EIGENVALUE * max(1, n)
-    undetermined = (np.abs(vectors[:, hidden]) > INVOLVED).any(axis=1) | ~felt
-    inverse = vectors[:, ~hidden] / values[~hidden] @ vectors[:, ~hidden].T
+    jacobian[~used] = 0.0  # a derivative that is infinite in a masked direction has no part in it
+    gram = np.swapaxes(jacobian, 1, 2) @ jacobian
+    length = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
+    free = ~at_bound & (length > 0.0)
+    scale = np.where(free, 1.0 / np.where(length > 0.0, length, 1.0), 0.0)
+    n, p = used.sum(axis=1), free.sum(axis=1)
+
+    # Held parameters stand alone with eigenvalue 1.
+    system = gram * scale[:, :, None] * scale[:, None, :] + np.eye(length.shape[1]) * ~free[:, :, None]
+    values, vectors = np.linalg.eigh(system)
+    hidden = values < SMALLEST_EIGENVALUE * np.maximum(1, n)[:, None]
+    inverse = (
+        vectors * np.where(hidden, 0.0, 1.0 / np.where(hidden, 1.0, values))[:, None, :]
+    ) @ np.swapaxes(vectors, 1, 2)
+    inverse *= free[:, :, None] & free[:, None, :]
+    felt_in_hidden = ((np.abs(vectors) > INVOLVED) & hidden[:, None, :]).any(axis=2)
+    undetermined = ~at_bound & (felt_in_hidden | (length == 0.0))
+
     if sigma is not None and np.isfinite(sigma[used]).all():
-        spread = np.sqrt(g)[:, None] * unit * sigma[used][:, None]
-        covariance = inverse @ (spread.T @ spread) @ inverse
-    elif n > p:
-        residual = np.sqrt(g) * (model.brdf(parameters[None, :], x) - measured[used])
-        covariance = inverse * (residual @ residual) / (n - p)
+        jacobian *= (root * np.where(used, sigma, 0.0))[..., None]
+        spread = (np.swapaxes(jacobian, 1, 2) @ jacobian) * scale[:, :, None] * scale[:, None, :]
+        covariance = inverse @ spread @ inverse
     else:
-        covariance = np.full_like(inverse, np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        deviation = np.sqrt(np.diag(covariance)) / length
-    out[free] = np.where(undetermined, np.inf, deviation)
-    return Uncertainty(out, not undetermined.any() and n >= p)
+        left = np.maximum(n - p, 1)
+        variance = np.where(n > p, (np.where(used, root * residuals, 0.0) ** 2).sum(axis=1) / left, np.inf)
+        with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
+            covariance = inverse * variance[:, None, None]
+    deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    correlation[undetermined[:, :, None] | undetermined[:, None, :]] = np.nan
+    sigma_p = np.where(undetermined, np.inf, deviation * scale)
+    sigma_p[at_bound] = np.nan
+    lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
+    condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
+    condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
+    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p)

@@ -16,7 +16,9 @@ DEFAULT_MODEL = "wang2013"
 
 def model_names() -> tuple[str, ...]:
     """Names of all models in this package."""
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name not in ("model", "terms")))
+    modules = (m.name for m in pkgutil.iter_modules(__path__))
+    others = ("model", "terms")
+    return tuple(sorted(name for name in modules if name not in others and not name.endswith("structure")))
 
 
 @cache

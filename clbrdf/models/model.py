@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.models.structure import Structure
 
 Array = npt.NDArray[np.float64]
 
@@ -121,6 +122,8 @@ class Model:
         (P,), θi, θr, φ in degrees -> mpmath number: the equations as published, slow.
     jacobian : callable
         (..., 1, P), (N, F) -> (..., N, P): derivatives of `brdf` by the parameters, fp64.
+    structure : Structure or None
+        What a fit can solve without searching; None for a model that has no such parts.
     grazing : str
         Name of the parameter without which (at 0) the integral over the hemisphere is finite; "" where it
         always is.
@@ -141,6 +144,7 @@ class Model:
     jacobian: Callable[[Array, Array], Array]
     derived: Callable[[Array], Array]
     reference: Callable[..., Any]
+    structure: Structure | None = None
     grazing: str = ""
     terms: tuple[Term, ...] = ()
     left_out: frozenset[str] = frozenset()
@@ -192,6 +196,10 @@ class Model:
         """Return the row of the table with a name."""
         return next(p for p in self.parameters if p.name == name)
 
+    def places(self, names: tuple[str, ...]) -> list[int]:
+        """Return the rows of the table with some names."""
+        return [self.names.index(name) for name in names]
+
     def check_names(self, mapping: Mapping[str, object]) -> None:
         """Raise InputError where a mapping names a parameter that the model does not have."""
         unknown = [name for name in mapping if name not in self.names]
@@ -229,6 +237,10 @@ class Model:
         """Limits of the coordinates q, (P, 2), increasing, for limits of the values."""
         pairs = [p.to_coordinate(row) for p, row in zip(self.parameters, bounds, strict=True)]
         return np.sort(np.array(pairs), axis=1)
+
+    def value_bounds(self, lower: Array, upper: Array) -> Array:
+        """Limits of the values, (P, 2), increasing, for limits of the coordinates, each (P,)."""
+        return np.sort(np.stack([self.from_coordinates(lower), self.from_coordinates(upper)], axis=1), axis=1)
 
     def to_coordinates(self, parameters: Array) -> Array:
         """Parameters (..., P) to coordinates q (..., P)."""

@@ -70,6 +70,7 @@ def restrict(model: Model, left_out: frozenset[str]) -> Model:
         jacobian=lambda parameters, x: model.jacobian(whole(parameters), spread(x))[..., kept],
         derived=lambda parameters: model.derived(whole(parameters))[..., kept],
         reference=reference,
+        structure=None,
         terms=tuple(term for term in model.terms if term.name not in gone),
         left_out=gone,
     )

@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from clbrdf.geometry import Directions, attenuation_times_cosines, one_minus_cos_gamma, trigonometry
 from clbrdf.models.model import LOG2_OF_ZERO, Model, Parameter, Term
+from clbrdf.models.wang2013_structure import STRUCTURE
 
 if TYPE_CHECKING:
     import mpmath
@@ -142,6 +143,7 @@ MODEL = Model(
     jacobian=jacobian,
     derived=derived,
     reference=reference,
+    structure=STRUCTURE,
     grazing="ks",
     terms=(
         Term(

@@ -37,3 +37,8 @@ inline realv objective_of(const realv *p, global const real *restrict rows,
     for (int k = 1; k < UNROLL; ++k) sum += sums[k];
     return sum;
 }
+
+// log2 E; E is floored where a perfect fit would make it −∞.
+inline realv log2_of_objective(realv objective) {
+    return log2(objective > (realv)1e-37 ? objective : (realv)1e-37);
+}

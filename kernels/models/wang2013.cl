@@ -58,19 +58,37 @@ inline void model_brdf_unrolled(const model_state *m, const geometry *x, realv *
     for (int k = 0; k < UNROLL; ++k) f[k] += m->diffuse;
 }
 
-// ∂f/∂p into gradient[P]; needs ks > 0.
-inline realv model_gradient(const model_state *m, const geometry x, realv *gradient) {
-    const real ln_2 = (real)0.6931471805599453;
+// The terms that ks and kd multiply: f is their sum.
+inline void model_terms(const model_state *m, const geometry x, realv *term) {
+    realv power = exp2_falling(m->d * x.log2_v);
+    term[0] = exp2_lanes(m->c * power + (m->level + x.log2_s));
+    term[1] = m->diffuse;
+}
+
+// ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]: tangents change from one view direction to the next, factors
+// (∂f/∂p for a tangent of 1) only with the incident direction. Both need ks > 0.
+#define TANGENTS 4
+constant int tangent_of[P] = {0, 0, 1, 2, 0, 3};
+
+inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
     realv power = exp2_falling(m->d * x.log2_v);
     realv drop = m->c * power;
     realv lobe = exp2_lanes(drop + (m->level + x.log2_s));
-    gradient[A] = lobe * m->away * m->away;
-    gradient[B] = lobe * m->a_twice * m->away;
-    gradient[C] = lobe * power;
-    gradient[D] = lobe * drop * x.log2_v * (ln_2 * ln_2);
-    gradient[KS] = lobe * m->inverse_ks;
-    gradient[KD] = (realv)0.31830988618379067;
+    tangent[0] = lobe;
+    tangent[1] = lobe * power;
+    tangent[2] = lobe * drop * x.log2_v;
+    tangent[3] = (realv)1.0;
     return lobe + m->diffuse;
+}
+
+inline void model_factors(const model_state *m, realv *factor) {
+    const real ln_2 = (real)0.6931471805599453;
+    factor[A] = m->away * m->away;
+    factor[B] = m->a_twice * m->away;
+    factor[C] = (realv)1.0;
+    factor[D] = (realv)(ln_2 * ln_2);
+    factor[KS] = m->inverse_ks;
+    factor[KD] = (realv)0.31830988618379067;
 }
 
 // Features of a direction on the device, for meshes that follow a slider.

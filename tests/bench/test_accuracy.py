@@ -39,9 +39,11 @@ def test_the_polish_closes_the_gap(device):
     scan = accuracy.thinned(Scan.open(sample_scan("yellow_tin_foil")), 3)
     panel = accuracy.fit_panel(device, scan)
     errors = {(p.series, p.name): p.error for p in panel.points}
-    longest = "16 chains × 160 sweeps, single"
-    assert errors["chains alone, single", longest] > 1e-3
-    assert errors["polished, single", longest] < errors["chains alone, single", longest]
+    longest = "16 × 160"
+    assert errors["alone, single", longest] > 1e-3
+    assert errors["polished, single", longest] < errors["alone, single", longest]
+    assert errors["dictionary", "two looks"] < 1e-9
+    assert errors["dictionary", "alone"] > 1e-3
 
 
 def test_graded_grids_meet_a_narrow_lobe_and_uniform_ones_miss_it(device):

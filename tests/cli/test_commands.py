@@ -17,7 +17,7 @@ import clbrdf
 from clbrdf import Fit, Scan
 from clbrdf.scans import sample_scan
 
-FAST = ("--chains", 16, "--levels", 8)
+FAST = ("--method", "anneal", "--chains", 16, "--levels", 8)
 
 
 def assert_one_line(result, *words):
@@ -260,7 +260,7 @@ class TestMistakesOfNewUsers:
     def test_arguments(self, run, scan_file, tmp_path):
         target = tmp_path / "f.h5"
         fit = ("fit", scan_file, "-o", target)
-        assert_one_line(run(*fit, "--chains", 0), "chains is 0")
+        assert_one_line(run(*fit, "--method", "anneal", "--chains", 0), "chains is 0")
         assert_one_line(run(*fit, "--bounds", "a=1:2", "--bounds", "a=2:3"), "a is given twice")
         angles = ("evaluate", "--theta-i", "30", "--theta-r", "30")
         assert_one_line(run(*angles, "--param", "ks=-1"), "parameter ks is -1; it has to be at least 0")
@@ -315,7 +315,7 @@ class TestMachine:
         import time
 
         target = tmp_path / "fit.h5"
-        words = ("fit", sample_scan("yellow_tin_foil"), "-o", target, "--levels", 3000)
+        words = ("fit", sample_scan("yellow_tin_foil"), "-o", target, "--method", "anneal", "--levels", 3000)
         process = subprocess.Popen(
             [sys.executable, "-m", "clbrdf.cli", *map(str, words)], stderr=subprocess.PIPE, text=True
         )

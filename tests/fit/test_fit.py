@@ -9,7 +9,7 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, InputError, Scan
-from clbrdf.fit import Settings
+from clbrdf.fit import DictionarySettings, Settings, TemperingSettings
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.formats.columns import read_columns
 from clbrdf.scans import sample_scan
@@ -83,22 +83,27 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_the_same_optimum(sm
     np.testing.assert_allclose(first.objective, other.objective, rtol=1e-10)
 
 
-def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatch):
+@pytest.mark.parametrize(
+    "settings",
+    [SHORT, TemperingSettings(rounds=10), DictionarySettings()],
+    ids=["anneal", "tempering", "dictionary"],
+)
+def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatch, settings):
     import sys
 
     scan = noisy(small_scan, 0.06)
-    whole = clbrdf.fit(scan, settings=SHORT)
+    whole = clbrdf.fit(scan, settings=settings)
     monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "DEVICE_BYTES", 1)
-    assert len(wavelength_blocks(np.arange(3), 48, 6, SHORT)) == 3
-    blocks = clbrdf.fit(scan, settings=SHORT)
-    alone = clbrdf.fit(scan.columns([1]), settings=SHORT)
+    assert len(wavelength_blocks(np.arange(3), *settings.cost(48, 6))) == 3
+    blocks = clbrdf.fit(scan, settings=settings)
+    alone = clbrdf.fit(scan.columns([1]), settings=settings)
     assert (whole.vector == blocks.vector).all()
     assert (whole.vector[1] == alone.vector[0]).all()
 
 
 def test_blocks_keep_memory_bounded_whatever_the_scan():
     for w, n in ((3, 100), (4096, 774), (10, 10_000_000)):
-        blocks = wavelength_blocks(np.arange(w), n, 6, Settings())
+        blocks = wavelength_blocks(np.arange(w), *Settings().cost(n, 6))
         assert np.concatenate(blocks).tolist() == list(range(w))
         largest = max(len(block) for block in blocks)
         assert largest == 1 or 24 * n * largest <= 128 << 20
@@ -186,7 +191,7 @@ def test_dark_and_bright_samples_fit_alike(small_scan, factor):
 def test_every_fit_reports_what_it_cost(small_scan, device):
     calls = []
     fit = clbrdf.fit(small_scan, settings=SHORT, device=device, report=lambda *c: calls.append(c))
-    assert calls[-1] == (SHORT.levels, SHORT.levels)
+    assert calls[-1][0] == calls[-1][1]
     moves = SHORT.chains * SHORT.levels * SHORT.sweeps * 6
     assert (fit.evaluations > moves).all()
     assert ((fit.acceptance > 0.1) & (fit.acceptance < 0.9)).all()
@@ -196,8 +201,13 @@ def test_every_fit_reports_what_it_cost(small_scan, device):
 
 
 def test_settings_and_arguments_are_checked(small_scan):
-    with pytest.raises(InputError, match="no method is called 'guess'; there are auto, anneal"):
+    with pytest.raises(
+        InputError,
+        match="no method is called 'guess'; there are auto, dictionary, anneal-",
+    ):
         clbrdf.fit(small_scan, method="guess")
+    with pytest.raises(InputError, match="method dictionary takes DictionarySettings, not Settings"):
+        clbrdf.fit(small_scan, method="dictionary", settings=SHORT)
     with pytest.raises(InputError, match="seed is -1"):
         clbrdf.fit(small_scan, seed=-1)
     with pytest.raises(InputError, match="chains is 0; give 1 to 1000000"):

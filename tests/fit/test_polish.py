@@ -5,16 +5,21 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
-from clbrdf.fit.polish import polish
+from clbrdf.fit.polish import MOST_ITERATIONS, TOLERANCE, descend, polish
 from clbrdf.fit.problem import make_problem
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.precision import get_precision
 
 MODEL = get_model()
 
 
 def problem_of(scan, device, bounds=None):
     return make_problem(scan, weight_matrix(scan), MODEL, MODEL.bounds(bounds), device)
+
+
+def descend_to_the_end(problem, starts):
+    return descend(problem, starts, get_precision("double"), MOST_ITERATIONS, TOLERANCE)
 
 
 def scipy_end(problem, start):
@@ -53,9 +58,9 @@ def test_starts_do_not_disturb_each_other(small_scan, device):
     rng = np.random.default_rng(9)
     problem = problem_of(small_scan, device)
     starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 7, 6))
-    together = polish(problem, starts)
+    together = descend_to_the_end(problem, starts)
     for k in range(7):
-        alone = polish(problem, starts[:, k : k + 1])
+        alone = descend_to_the_end(problem, starts[:, k : k + 1])
         np.testing.assert_array_equal(alone.coordinates[:, 0], together.coordinates[:, k])
         np.testing.assert_array_equal(alone.objective[:, 0], together.objective[:, k])
 
@@ -64,8 +69,33 @@ def test_no_end_is_worse_than_its_start(small_scan, device):
     rng = np.random.default_rng(10)
     problem = problem_of(small_scan.columns([1]), device)
     starts = problem.lower + (problem.upper - problem.lower) * rng.random((1, 64, 6))
-    ends = polish(problem, starts)
+    ends = descend_to_the_end(problem, starts)
     values = MODEL.brdf(MODEL.from_coordinates(starts[0])[:, None, :], problem.features)
     before = ((problem.scale * values - problem.target) ** 2).sum(axis=1)
     assert (ends.objective[0] <= before * (1 + 1e-12)).all()
     assert ((ends.coordinates >= problem.lower) & (ends.coordinates <= problem.upper)).all()
+
+
+def test_the_way_in_single_precision_loses_no_optimum(small_scan, device):
+    """From starts as a search gives them, some of them bad, both ways end at the same lowest E."""
+    rng = np.random.default_rng(11)
+    problem = problem_of(small_scan, device)
+    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 8, 6))
+    truth = MODEL.to_coordinates(np.array([3.87, 0.5216, -300.0, 0.74, 406.0, 1.17]))
+    starts[:, ::2] = truth + rng.normal(0.0, 0.2, (3, 4, 6))
+    quick, patient = polish(problem, starts), descend_to_the_end(problem, starts)
+    # These data are exact: E ends at rounding, about 1e-30, and 1e-24 is as good as 0.
+    assert (patient.objective.min(axis=1) < 1e-24).all()
+    assert (quick.objective.min(axis=1) < 1e-24).all()
+    assert not quick.converged.all()  # some were given up
+
+
+def test_lanes_left_out_stay_where_they_are(small_scan, device):
+    rng = np.random.default_rng(12)
+    problem = problem_of(small_scan, device)
+    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 6, 6))
+    left_out = np.array([[False, True, False, True, True, False]] * 3)
+    ends = descend(problem, starts, get_precision("double"), 20, TOLERANCE, left_out)
+    np.testing.assert_array_equal(ends.coordinates[left_out], starts[left_out])
+    assert (ends.evaluations[left_out] == 0).all()
+    assert (ends.coordinates[~left_out] != starts[~left_out]).any()

@@ -19,14 +19,16 @@ pytestmark = pytest.mark.filterwarnings("ignore::pyopencl.CompilerWarning")  # P
 
 GRADIENT_JOB = """
 kernel void job(global const real *rows, global const real *parameters, global real *out) {
-    realv p[P], gradient[P];
+    realv p[P], tangent[TANGENTS], factor[P];
     for (int j = 0; j < P; ++j) p[j] = LOAD(j, parameters);
     model_state m = model_prepare(p);
     const geometry x = geometry_of(rows, get_global_id(0));
     model_incident(&m, x);
-    const realv f = model_gradient(&m, x, gradient);
-    for (int j = 0; j < P; ++j) STORE(gradient[j], get_global_id(0) * (P + 1) + j, out);
-    STORE(f, get_global_id(0) * (P + 1) + P, out);
+    const realv f = model_tangents(&m, x, tangent);
+    model_factors(&m, factor);
+    const size_t place = get_global_id(0) * (P + 1);
+    for (int j = 0; j < P; ++j) STORE(factor[j] * tangent[tangent_of[j]], place + j, out);
+    STORE(f, place + P, out);
 }
 """
 

@@ -68,7 +68,7 @@ def test_what_is_off_is_not_in_the_source(device, left_out, precision):
         belongs = {"A": "fresnel", "B": "fresnel", "KD": "diffuse"}.get(name, "specular")
         assert (f"p[{name}]" in text) == (belongs not in gone)
         assert (f"#define {name} " in text) == (belongs not in gone)
-    assert ("model_gradient" in text) == (not gone)
+    assert ("model_tangents" in text) == (not gone)
     assert "//@" not in text
 
 

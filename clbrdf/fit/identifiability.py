@@ -1,0 +1,105 @@
+"""What a scan cannot tell about a model, in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.models import Model
+from clbrdf.scan import Scan
+
+Array = npt.NDArray[np.float64]
+
+SEPARATOR = "; "
+
+STRONG = 0.999
+"""Correlation from which two parameters are named as tied together."""
+
+
+def remarks(
+    model: Model,
+    scan: Scan,
+    parameters: Array,
+    undetermined: npt.NDArray[np.bool_],
+    at_bound: npt.NDArray[np.bool_],
+    correlation: Array,
+) -> tuple[str, ...]:
+    """Return for each of W wavelengths what the data leave open there; "" where nothing.
+
+    Parameters
+    ----------
+    model : Model
+    scan : Scan
+        What was fitted, W wavelengths.
+    parameters : (W, P) float64
+        NaN where there is no fit.
+    undetermined, at_bound : (W, P) bool
+    correlation : (W, P, P) float64
+    """
+    return tuple(
+        SEPARATOR.join(
+            [
+                *_open(model, scan, k, parameters[k], undetermined[k]),
+                *_held(model, parameters[k], at_bound[k]),
+                *_tied(model, correlation[k]),
+            ]
+        )
+        for k in range(len(parameters))
+    )
+
+
+def by_remark(remarks: Sequence[str], wavelength: Array) -> list[tuple[str, Array]]:
+    """Return each remark once with the wavelengths (nm) where it holds, the most frequent first."""
+    places: dict[str, list[float]] = {}
+    for texts, nm in zip(remarks, wavelength, strict=True):
+        for text in texts.split(SEPARATOR) if texts else []:
+            # The digits of a correlation differ everywhere; what is tied does not.
+            places.setdefault(text.split(" (correlation")[0], []).append(float(nm))
+    ordered = sorted(places.items(), key=lambda item: -len(item[1]))
+    return [(text, np.array(values)) for text, values in ordered]
+
+
+def _open(
+    model: Model, scan: Scan, k: int, parameters: Array, undetermined: npt.NDArray[np.bool_]
+) -> list[str]:
+    """Which parameters the data cannot tell, and the reason where the model's structure gives one."""
+    names = [name for name, unknown in zip(model.names, undetermined, strict=True) if unknown]
+    if not names:
+        return []
+    values = int(np.count_nonzero(~scan.mask[:, k]))
+    if values < len(model.names):
+        return [f"{_listed(names)} open: {values} values for {len(model.names)} parameters"]
+    structure = model.structure
+    if structure is not None:
+        lobe = {*structure.shape, *structure.growth, structure.linear[0]}
+        amplitude = {*structure.growth, structure.linear[0]}
+        if parameters[model.places(structure.linear[:1])[0]] == 0.0 or lobe <= set(names):
+            return [f"{_listed(names)} open: no specular part in the data"]
+        seen = len(np.unique(scan.theta_i[~scan.mask[:, k]]))
+        if set(names) <= amplitude and seen < len(amplitude):
+            angles = f"{seen} incident angle{'s' if seen > 1 else ''}"
+            return [f"{_listed(names)} open: {angles}, {len(amplitude)} are needed"]
+    return [f"{_listed(names)} open: the data cannot tell them apart"]
+
+
+def _held(model: Model, parameters: Array, at_bound: npt.NDArray[np.bool_]) -> list[str]:
+    return [
+        f"{name} at its bound {value:g}"
+        for name, value, bound in zip(model.names, parameters, at_bound, strict=True)
+        if bound
+    ]
+
+
+def _tied(model: Model, correlation: Array) -> list[str]:
+    """Pairs of parameters that the data hardly tell apart."""
+    rows, columns = np.nonzero(np.triu(np.abs(np.nan_to_num(correlation)) > STRONG, k=1))
+    return [
+        f"{model.names[i]} and {model.names[j]} tied (correlation {correlation[i, j]:.4f})"
+        for i, j in zip(rows, columns, strict=True)
+    ]
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,130 @@
+"""E (13) from a few sums: linear parameters solved in closed form, lobe by lobe.
+
+With a lobe l, an amplitude A_i for each group i of incident directions and a diffuse term r,
+
+    E = Σ_i [A_i² (l·l)_i + 2 A_i r (l·1)_i − 2 A_i (l·m)_i] + r² (1·1) − 2 r (1·m) + (m·m),
+
+where (f·g)_i sums s² f g over the directions of group i, with the scale s of the problem.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Sums over directions at W wavelengths, for K lobes and I groups of incident directions.
+
+    Formed with each wavelength's scale divided by its largest value: E comes in units of that value squared.
+    The first three have 1 in place of W where all wavelengths then share one scale.
+
+    Attributes
+    ----------
+    one_one : (I, W) float64
+    lobe_lobe, lobe_one : (I, W, K) float64
+    lobe_data : (I, W, K) float64
+    one_data : (I, W) float64
+    data_data : (W,) float64
+    """
+
+    one_one: Array
+    lobe_lobe: Array
+    lobe_one: Array
+    lobe_data: Array
+    one_data: Array
+    data_data: Array
+
+    @classmethod
+    def project(cls, target: Array, scale: Array, lobes: Array, group: npt.NDArray[np.intp]) -> Sums:
+        """Project data s m (W, N) with scale s (W, N) on lobes (K, N), directions in groups (N,)."""
+        largest = scale.max(axis=1, keepdims=True)
+        unit, data = scale / largest, target / largest
+        measured = data * unit
+        if np.allclose(unit, unit[0], rtol=1e-12, atol=0.0):
+            unit = unit[:1]
+        squares = unit**2
+        groups = range(group.max() + 1)
+        parts = [lobes[:, group == i].T for i in groups]
+        return cls(
+            one_one=np.stack([squares[:, group == i].sum(axis=1) for i in groups]),
+            lobe_lobe=np.stack([squares[:, group == i] @ parts[i] ** 2 for i in groups]),
+            lobe_one=np.stack([squares[:, group == i] @ parts[i] for i in groups]),
+            lobe_data=np.stack([measured[:, group == i] @ parts[i] for i in groups]),
+            one_data=np.stack([measured[:, group == i].sum(axis=1) for i in groups]),
+            data_data=(data**2).sum(axis=1),
+        )
+
+    def take(self, chosen: npt.NDArray[np.intp]) -> Sums:
+        """Return the sums of some lobes (W, M) of each wavelength."""
+        return replace(
+            self,
+            lobe_lobe=np.take_along_axis(self.lobe_lobe, chosen[None], axis=2),
+            lobe_one=np.take_along_axis(self.lobe_one, chosen[None], axis=2),
+            lobe_data=np.take_along_axis(self.lobe_data, chosen[None], axis=2),
+        )
+
+
+def best_amplitudes(sums: Sums) -> tuple[Array, Array]:
+    """E (W, K) and amplitudes (I, W, K) of the best amplitudes and diffuse term, none negative.
+
+    The normal equations are an arrow: amplitudes meet only in the diffuse term, which is solved first.
+    Amplitudes that come out negative are set to 0 and the rest solved once more.
+    """
+    felt = sums.lobe_lobe > 1e-300
+    inverse = np.where(felt, 1.0 / np.where(felt, sums.lobe_lobe, 1.0), 0.0)
+    ones, data = sums.one_one.sum(axis=0)[:, None], sums.one_data.sum(axis=0)[:, None]
+    taken_one, taken_data = sums.lobe_one**2 * inverse, sums.lobe_one * sums.lobe_data * inverse
+    share, per_rest = sums.lobe_data * inverse, sums.lobe_one * inverse
+    positive: Array | float = 1.0
+    for _ in range(2):
+        left = ones - (taken_one * positive).sum(axis=0)
+        right = data - (taken_data * positive).sum(axis=0)
+        solvable = left > 1e-12 * ones
+        rest = np.maximum(np.where(solvable, right / np.where(solvable, left, 1.0), 0.0), 0.0)
+        amplitudes = (share - rest * per_rest) * positive
+        positive = (amplitudes > 0.0).astype(np.float64)
+    amplitudes *= positive
+    lobe = amplitudes * (amplitudes * sums.lobe_lobe + 2.0 * (rest * sums.lobe_one - sums.lobe_data))
+    energy = lobe.sum(axis=0) + rest * (rest * ones - 2.0 * data) + sums.data_data[:, None]
+    return energy, amplitudes
+
+
+def best_linear(sums: Sums, growth: Array, most: Array, most_rest: float) -> tuple[Array, Array, Array]:
+    """E, weight of the lobe and diffuse term, each (W, M, V), the best within [0, most] and [0, most_rest].
+
+    `growth` (I, W, M, V) multiplies the weight into amplitudes. The quadratic form has its minimum inside
+    the box or on one of its edges; all five are formed.
+    """
+    x = np.einsum("iwmv,iwm->wmv", growth**2, sums.lobe_lobe)
+    z = np.einsum("iwmv,iwm->wmv", growth, sums.lobe_one)
+    r = np.einsum("iwmv,iwm->wmv", growth, sums.lobe_data)
+    s, t, e = (
+        a[:, None, None] for a in (sums.one_one.sum(axis=0), sums.one_data.sum(axis=0), sums.data_data)
+    )
+
+    def over(top: Array, bottom: Array) -> Array:
+        return np.where(bottom > 1e-300, top / np.where(bottom > 1e-300, bottom, 1.0), 0.0)
+
+    determinant = x * s - z * z
+    solvable = determinant > 1e-12 * x * s
+    inside = np.where(solvable, determinant, np.inf)
+    weight, rest = (r * s - z * t) / inside, (x * t - z * r) / inside
+    allowed = solvable & (weight >= 0.0) & (weight <= most) & (rest >= 0.0) & (rest <= most_rest)
+    edges = [
+        *((edge, np.clip(over(t - z * edge, s), 0.0, most_rest)) for edge in (np.zeros_like(most), most)),
+        *((np.clip(over(r - z * edge, x), 0.0, most), np.full_like(x, edge)) for edge in (0.0, most_rest)),
+    ]
+    best = np.where(allowed, e + weight * (weight * x - 2.0 * r) + rest * (rest * s - 2.0 * t), np.inf)
+    best = best + np.where(allowed, 2.0 * weight * rest * z, 0.0)
+    for w, k in edges:
+        with np.errstate(over="ignore", invalid="ignore"):
+            energy = e + w * (w * x + 2.0 * (k * z - r)) + k * (k * s - 2.0 * t)
+        lower = energy < best
+        best, weight, rest = (np.where(lower, *pair) for pair in ((energy, best), (w, weight), (k, rest)))
+    return best, weight, rest

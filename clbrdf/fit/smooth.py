@@ -1,0 +1,177 @@
+"""Parameters that change smoothly with wavelength: neighbours start each other, and a penalty ties them.
+
+The penalised fit minimises, over all wavelengths together,
+
+    Φ = Σ_w E_w / v_w + Σ_w Σ_j (q_j,w+1 − q_j,w)² / (τ² R_j² Δλ_w / 10 nm),   v_w = E⁰_w / (N_w − P),
+
+with E of (13), E⁰ of the fit without penalty, q the coordinates of the fit and R their ranges: a random walk
+in wavelength that is expected to move by the share τ of its range in 10 nm. The first sum is near N_w − P
+where the data alone decide. Gauss–Newton with damping; the system is banded. Uncertainties are those of Φ at
+its minimum: what the neighbours say counts.
+
+Source of the prior: Kitagawa and Gersch, J. Am. Stat. Assoc. 79 (1984) 378.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.fit.polish import polish
+from clbrdf.fit.problem import Problem
+from clbrdf.fit.solve import Solution
+
+Array = npt.NDArray[np.float64]
+
+SPACING = 10.0
+"""nm over which τ is told."""
+
+MOST_ROUNDS = 8
+"""Of neighbours starting each other: a good optimum travels that many wavelengths at least."""
+
+MOST_ITERATIONS = 200
+TOLERANCE = 1e-10
+"""Stop where a step would lower Φ by less than this, relative."""
+
+CHUNK_BYTES = 32 << 20
+"""Of the derivatives of one chunk of wavelengths."""
+
+
+def start_each_other(problem: Problem, solution: Solution) -> Solution:
+    """Polish every wavelength from the ends of its neighbours; keep what is lower, until nothing is."""
+    q, energy = solution.coordinates.copy(), solution.objective.copy()
+    converged, evaluations = solution.converged.copy(), solution.evaluations.copy()
+    rows = np.arange(len(q))
+    for _ in range(MOST_ROUNDS):
+        starts = np.stack([q[np.maximum(rows - 1, 0)], q[np.minimum(rows + 1, len(q) - 1)]], axis=1)
+        ends = polish(problem, starts)
+        best = ends.objective.argmin(axis=1)
+        lower = ends.objective[rows, best] < energy * (1.0 - 1e-9)
+        evaluations += ends.evaluations.sum(axis=1)
+        if not lower.any():
+            break
+        for kept, new in ((q, ends.coordinates), (energy, ends.objective), (converged, ends.converged)):
+            kept[lower] = new[rows, best][lower]
+    return replace(solution, coordinates=q, objective=energy, converged=converged, evaluations=evaluations)
+
+
+def smooth(problem: Problem, solution: Solution, wavelength: Array, change: float) -> tuple[Solution, Array]:
+    """Return the penalised solution, and the covariance (W, P, P) of its coordinates.
+
+    Parameters
+    ----------
+    problem : Problem
+        All wavelengths, W.
+    solution : Solution
+        Of the fit without penalty.
+    wavelength : (W,) float64
+        nm.
+    change : float
+        τ, positive.
+    """
+    from scipy.linalg import solveh_banded
+
+    w, p = solution.coordinates.shape
+    values = np.count_nonzero(problem.scale, axis=1)
+    noise = np.maximum(solution.objective, 1e-30) / np.maximum(values - p, 1)
+    span = problem.upper - problem.lower
+    stiffness = SPACING / (change**2 * span**2 * np.diff(wavelength)[:, None])  # (W − 1, P)
+
+    def phi(q: Array, energy: Array) -> float:
+        return float((energy / noise).sum() + (stiffness * np.diff(q, axis=0) ** 2).sum())
+
+    q, damping = solution.coordinates.copy(), 1e-3
+    energy, h, H = _normal_equations(problem, q)
+    now, converged = phi(q, energy), False
+    for _ in range(MOST_ITERATIONS):
+        gradient = h / noise[:, None] + _pull(stiffness, q)
+        held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0))
+        band = _banded(H / noise[:, None, None], stiffness, held)
+        band[0] *= 1.0 + damping
+        step = solveh_banded(band, -np.where(held, 0.0, gradient).ravel(), lower=True).reshape(w, p)
+        trial = np.clip(q + np.clip(step, -0.25 * span, 0.25 * span), problem.lower, problem.upper)
+        trial_energy, trial_h, trial_H = _normal_equations(problem, trial)
+        trial_phi = phi(trial, trial_energy)
+        if damping <= 1.0 and -0.5 * (step * gradient).sum() <= TOLERANCE * now:
+            converged = True
+            break
+        if trial_phi < now:
+            q, energy, h, H, now = trial, trial_energy, trial_h, trial_H, trial_phi
+            damping = max(damping / 3.0, 1e-12)
+        elif damping > 1e12:
+            break
+        else:
+            damping *= 4.0
+    held = (q <= problem.lower) | (q >= problem.upper)
+    covariance = _covariance(H / noise[:, None, None], stiffness, held)
+    ends = replace(solution, coordinates=q, objective=energy, converged=np.full(w, converged))
+    return ends, covariance
+
+
+def _normal_equations(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
+    """E (W,), half its gradient (W, P) and JᵀJ (W, P, P) by the coordinates."""
+    model = problem.model
+    w, p = q.shape
+    energy, h, H = np.empty(w), np.empty((w, p)), np.empty((w, p, p))
+    size = max(1, CHUNK_BYTES // (8 * p * problem.size[1]))
+    parameters = model.from_coordinates(q)
+    slopes = np.stack([row.slope(parameters[:, j]) for j, row in enumerate(model.parameters)], axis=1)
+    for first in range(0, w, size):
+        rows = slice(first, first + size)
+        s = problem.scale[rows]
+        residual = s * model.brdf(parameters[rows, None, :], problem.features) - problem.target[rows]
+        jacobian = model.jacobian(parameters[rows, None, :], problem.features)
+        jacobian *= s[..., None] * slopes[rows, None, :]
+        across = np.swapaxes(jacobian, 1, 2)
+        energy[rows], H[rows] = (residual**2).sum(axis=1), across @ jacobian
+        h[rows] = (across @ residual[..., None])[..., 0]
+    return energy, h, H
+
+
+def _pull(stiffness: Array, q: Array) -> Array:
+    """Half the gradient of the penalty, (W, P)."""
+    tension = stiffness * np.diff(q, axis=0)
+    zero = np.zeros((1, q.shape[1]))
+    out: Array = np.concatenate([zero, tension]) - np.concatenate([tension, zero])
+    return out
+
+
+def _blocks(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Blocks of the system on (W, P, P) and beside (W − 1, P) the diagonal; held coordinates stand alone."""
+    p = H.shape[1]
+    zero = np.zeros((1, p))
+    ties = np.concatenate([zero, stiffness]) + np.concatenate([stiffness, zero])
+    free = ~held
+    diagonal = (H + ties[:, :, None] * np.eye(p)) * (free[:, :, None] & free[:, None, :])
+    diagonal += np.eye(p) * held[:, :, None]
+    return diagonal, -stiffness * (free[:-1] & free[1:])
+
+
+def _banded(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> Array:
+    """Lower band (P + 1, W P) of the system, as SciPy stores it."""
+    diagonal, beside = _blocks(H, stiffness, held)
+    w, p = held.shape
+    band = np.zeros((p + 1, w * p))
+    for below in range(p):
+        for j in range(p - below):
+            band[below, j::p] = diagonal[:, j + below, j]
+    band[p, : (w - 1) * p] = beside.ravel()
+    return band
+
+
+def _covariance(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> Array:
+    """Diagonal blocks (W, P, P) of the inverse of the system: Schur complements from both ends."""
+    diagonal, beside = _blocks(H, stiffness, held)
+    w = len(diagonal)
+    forward: Array = diagonal.copy()
+    backward: Array = diagonal.copy()
+    for k in range(1, w):
+        coupling = np.outer(beside[k - 1], beside[k - 1])
+        forward[k] = forward[k] - coupling * np.linalg.inv(forward[k - 1])
+        back = w - 1 - k
+        coupling = np.outer(beside[back], beside[back])
+        backward[back] = backward[back] - coupling * np.linalg.inv(backward[back + 1])
+    both = forward + backward - diagonal
+    return np.asarray(np.linalg.inv(both), dtype=np.float64)

@@ -1,0 +1,136 @@
+"""From a problem to its solution: search, polish, and a second look where there is doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.fit.methods import Method
+from clbrdf.fit.polish import Polished, polish
+from clbrdf.fit.problem import Problem
+from clbrdf.progress import Report, silent
+
+Array = npt.NDArray[np.float64]
+
+AGREE = 1e-6
+"""Ends within this share of the lowest E have come to the same optimum."""
+
+EXACT = 1e-24
+"""E below this is rounding: all such ends agree."""
+
+ENOUGH = 0.3
+"""Share of the starts that have to agree for the first look to be the last."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The best end at each of W wavelengths.
+
+    Attributes
+    ----------
+    coordinates : (W, P) float64
+    objective : (W,) float64
+        E.
+    converged : (W,) bool
+        Stopped at a stationary point, not by the limit on iterations.
+    starts, agreeing : (W,) int64
+        Starts of the polish, and how many of them ended at the lowest E.
+    evaluations, not_finite : (W,) int64
+    acceptance : (W,) float64
+    doubtful : (W,) bool
+        As of `Candidates`; evaluations with those of the polish.
+    """
+
+    coordinates: Array
+    objective: Array
+    converged: npt.NDArray[np.bool_]
+    starts: npt.NDArray[np.int64]
+    agreeing: npt.NDArray[np.int64]
+    evaluations: npt.NDArray[np.int64]
+    not_finite: npt.NDArray[np.int64]
+    acceptance: Array
+    doubtful: npt.NDArray[np.bool_]
+
+
+def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
+    """Solve every wavelength of a problem.
+
+    Raises
+    ------
+    DeviceError
+        The device cannot build or run the kernels.
+    """
+    first = _once(problem, method, settings, seed, report)
+    again = np.flatnonzero(first.doubtful | ~first.converged | (first.agreeing < ENOUGH * first.starts))
+    deeper = settings.deeper()
+    if deeper is None or len(again) == 0:
+        return first
+    return _merged(first, _once(problem.take(again), method, deeper, seed, silent), again)
+
+
+def joined(parts: Sequence[Solution]) -> Solution:
+    """Return one solution for the wavelengths of several."""
+    names = [field.name for field in fields(Solution)]
+    return Solution(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
+    found = method.search(problem, settings, seed, report)
+    polished = polish(problem, found.coordinates, settings.polish)
+    best, agreeing = _lowest(polished)
+    rows = np.arange(len(best))
+    return Solution(
+        coordinates=polished.coordinates[rows, best],
+        objective=polished.objective[rows, best],
+        converged=polished.converged[rows, best],
+        starts=np.full(len(best), found.coordinates.shape[1], dtype=np.int64),
+        agreeing=agreeing,
+        evaluations=found.evaluations + polished.evaluations.sum(axis=1),
+        not_finite=found.not_finite,
+        acceptance=found.acceptance,
+        doubtful=found.doubtful,
+    )
+
+
+def _lowest(polished: Polished) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]:
+    """Return the place of the lowest end (W,) and how many agree with it (W,)."""
+    ends = np.where(np.isfinite(polished.objective), polished.objective, np.inf)
+    best = ends.argmin(axis=1)
+    level = np.maximum(ends.min(axis=1) * (1.0 + AGREE), EXACT)
+    return best, (ends <= level[:, None]).sum(axis=1)
+
+
+def _merged(first: Solution, second: Solution, rows: npt.NDArray[np.intp]) -> Solution:
+    """Return the first solution with what a second look at some rows added to it."""
+    lower = second.objective < first.objective[rows]
+
+    def chosen(name: str) -> Any:
+        out = getattr(first, name).copy()
+        out[rows[lower]] = getattr(second, name)[lower]
+        return out
+
+    def added(name: str) -> Any:
+        out = getattr(first, name).copy()
+        out[rows] += getattr(second, name)
+        return out
+
+    best = np.minimum(first.objective[rows], second.objective)
+    level = np.maximum(best * (1.0 + AGREE), EXACT)
+    agreeing = first.agreeing.copy()
+    agreeing[rows] = np.where(first.objective[rows] <= level, agreeing[rows], 0)
+    agreeing[rows] += np.where(second.objective <= level, second.agreeing, 0)
+    return Solution(
+        coordinates=chosen("coordinates"),
+        objective=chosen("objective"),
+        converged=chosen("converged"),
+        starts=added("starts"),
+        agreeing=agreeing,
+        evaluations=added("evaluations"),
+        not_finite=added("not_finite"),
+        acceptance=first.acceptance,
+        doubtful=first.doubtful,
+    )

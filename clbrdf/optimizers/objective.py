@@ -1,0 +1,131 @@
+"""What every optimizer minimises: E of (13) at one wavelength, in the model's coordinates q.
+
+The NumPy twin of the OpenCL objective: fp64, analytic derivatives, everything that does not depend on the
+parameters formed once.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.fit.problem import Problem
+from clbrdf.models import Model
+
+Array = npt.NDArray[np.float64]
+
+HUGE = 1e100
+"""Stands for E where it is larger or not a number, so that no optimizer meets an infinity."""
+
+LN_2 = float(np.log(2.0))
+
+
+class Values(Protocol):
+    """E (13) at one wavelength over the box `lower` ≤ q ≤ `upper`, each (P,), without derivatives."""
+
+    lower: Array
+    upper: Array
+
+    def values(self, q: Array) -> Array:
+        """E (K,) of coordinates (K, P)."""
+        ...
+
+
+class Objective(Values, Protocol):
+    """E with its derivatives."""
+
+    def value_and_gradient(self, q: Array) -> tuple[float, Array]:
+        """E and ∂E/∂q (P,) at coordinates (P,)."""
+        ...
+
+    def residuals(self, q: Array) -> tuple[Array, Array]:
+        """r (N,) with E = Σ r², and ∂r/∂q (N, P), at coordinates (P,)."""
+        ...
+
+
+class Coordinates:
+    """From coordinates q to parameters, for whole arrays at once (Model.from_coordinates, faster)."""
+
+    def __init__(self, model: Model) -> None:
+        self.on_log = np.flatnonzero([p.scale == "log" for p in model.parameters])
+        self.sign = np.array([model.parameters[j].sign for j in self.on_log])
+
+    def values(self, q: Array) -> Array:
+        """Parameters (..., P) of coordinates (..., P)."""
+        out = np.array(q, dtype=np.float64)
+        out[..., self.on_log] = self.sign * np.exp2(out[..., self.on_log])
+        return out
+
+    def slopes(self, parameters: Array) -> Array:
+        """dp/dq (P,) at parameters (P,)."""
+        out = np.ones_like(parameters)
+        out[self.on_log] = parameters[self.on_log] * LN_2
+        return out
+
+
+class NumpyObjective:
+    """E in NumPy, fp64.
+
+    Parameters
+    ----------
+    problem : Problem
+    wavelength : int
+        Its place in the problem. Directions that are masked there are left out.
+    """
+
+    def __init__(self, problem: Problem, wavelength: int = 0) -> None:
+        used = problem.scale[wavelength] > 0.0
+        self.model, self.coordinates = problem.model, Coordinates(problem.model)
+        self.features = np.ascontiguousarray(problem.features[used])
+        self.scale, self.target = problem.scale[wavelength][used], problem.target[wavelength][used]
+        self.lower, self.upper = problem.lower, problem.upper
+        structure = problem.model.structure
+        self.linear = [] if structure is None else problem.model.places(structure.linear)
+
+    def values(self, q: Array) -> Array:
+        """E (K,) of coordinates (K, P)."""
+        with np.errstate(all="ignore"):
+            residual = self.model.brdf(self.coordinates.values(q)[:, None, :], self.features)
+            residual *= self.scale
+            residual -= self.target
+            return tamed(np.einsum("kn,kn->k", residual, residual))
+
+    def at_parameters(self, parameters: Array) -> float:
+        """E at parameters (P,) in the units of the table, exactly these; NaN where they are NaN."""
+        with np.errstate(all="ignore"):
+            residual = self.model.brdf(parameters[None, :], self.features) * self.scale - self.target
+            return float(residual @ residual)
+
+    def value_and_gradient(self, q: Array) -> tuple[float, Array]:
+        """E and ∂E/∂q (P,); where E is HUGE, the gradient is 0."""
+        with np.errstate(all="ignore"):
+            p = self.coordinates.values(q)
+            f, jacobian = self._value_and_jacobian(p)
+            r = f * self.scale - self.target
+            E = float(r @ r)
+            gradient = ((2.0 * self.scale * r) @ jacobian) * self.coordinates.slopes(p)
+        if not (E < HUGE and np.isfinite(gradient).all()):
+            return min(E, HUGE) if E == E else HUGE, np.zeros_like(q)
+        return E, gradient
+
+    def residuals(self, q: Array) -> tuple[Array, Array]:
+        """r (N,) and ∂r/∂q (N, P); not finite where the model is not."""
+        with np.errstate(all="ignore"):
+            p = self.coordinates.values(q)
+            f, jacobian = self._value_and_jacobian(p)
+            jacobian *= self.scale[:, None] * self.coordinates.slopes(p)
+            return f * self.scale - self.target, jacobian
+
+    def _value_and_jacobian(self, p: Array) -> tuple[Array, Array]:
+        """f (N,) and ∂f/∂p (N, P) at parameters (P,)."""
+        jacobian = self.model.jacobian(p[None, :], self.features)
+        if self.linear:  # f = Σ p ∂f/∂p over the linear parameters comes with its derivatives
+            return jacobian[:, self.linear] @ p[self.linear], jacobian
+        return self.model.brdf(p[None, :], self.features), jacobian
+
+
+def tamed(values: Array) -> Array:
+    """Return values with HUGE for those above it and for those that are no numbers."""
+    return np.where(values < HUGE, values, HUGE)

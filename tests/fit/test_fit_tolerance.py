@@ -1,0 +1,76 @@
+"""fit(rtol=): the word that is kept, the choice that is told, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import clbrdf
+from clbrdf import InputError
+from clbrdf.fit import Settings
+from clbrdf.fit.methods import METHODS
+from clbrdf.fit.problem import make_problem
+from clbrdf.fit.tolerance import Rung, choose_settings, excess, measure
+from clbrdf.models import get_model
+from clbrdf.objective import weight_matrix
+
+
+@pytest.fixture
+def scan(small_scan):
+    noise = np.random.default_rng(61).standard_normal(small_scan.brdf.shape)
+    return replace(small_scan, brdf=small_scan.brdf * (1.0 + 0.06 * noise))
+
+
+@pytest.mark.parametrize("method", ["auto", "anneal"])
+@pytest.mark.parametrize("rtol", [100.0, 1e-2, 1e-9])
+def test_the_word_is_kept(scan, method, rtol):
+    best = clbrdf.fit(scan).objective
+    fit = clbrdf.fit(scan, method=method, rtol=rtol)
+    # 1e-12: rounding of the polish.
+    assert (fit.objective <= best * (1.0 + rtol + 1e-12)).all()
+    assert fit.provenance["rtol"] == f"{rtol:g}"
+    assert "ms a wavelength" in fit.tolerance[0]
+    assert clbrdf.fit(scan, method=method).tolerance == ()
+
+
+def test_a_wide_tolerance_takes_less_work(scan):
+    wide, exact = clbrdf.fit(scan, rtol=100.0), clbrdf.fit(scan, rtol=1e-9)
+    assert (wide.evaluations < exact.evaluations).all()
+    assert "dictionary alone" in wide.tolerance[0]
+    assert len(wide.tolerance) == 2  # and what the next better one costs
+
+
+def test_the_choice_does_not_hang_on_times(scan, device, monkeypatch):
+    """The same rung whatever the clock says: the same seed has to give the same file."""
+    import sys
+
+    model = get_model()
+    problem = make_problem(scan, weight_matrix(scan), model, model.bounds(), device)
+    rungs = measure(problem, METHODS["dictionary"], 0)
+    rng = np.random.default_rng(62)
+    chosen = set()
+    for _ in range(5):
+        shuffled = [Rung(r.words, r.settings, r.excess, float(rng.uniform(0, 9))) for r in rungs]
+        monkeypatch.setattr(sys.modules["clbrdf.fit.tolerance"], "measure", lambda *_, s=shuffled: s)
+        chosen.add(choose_settings(problem, METHODS["dictionary"], 0, 1e-3).rung.words)
+    assert len(chosen) == 1
+
+
+def test_excess_of_exact_data_is_none():
+    assert excess(
+        np.array([1e-30, 2e-3]), [np.array([1e-31, 1e-3]), np.array([1e-28, 2e-3])]
+    ) == pytest.approx(1.0)
+    assert excess(np.array([1e-30]), [np.array([1e-31])]) == 0.0
+
+
+def test_what_cannot_be_kept_is_refused(scan):
+    with pytest.raises(InputError, match="rtol is 1e-12; give 1e-09 or more"):
+        clbrdf.fit(scan, rtol=1e-12)
+    with pytest.raises(InputError, match="rtol is nan"):
+        clbrdf.fit(scan, rtol=float("nan"))
+    with pytest.raises(InputError, match="settings and rtol both choose"):
+        clbrdf.fit(scan, rtol=1e-3, settings=Settings())
+    with pytest.raises(InputError, match="polish is 'half'; give one of none, single, double"):
+        Settings(polish="half")

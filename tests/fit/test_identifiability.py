@@ -1,0 +1,91 @@
+"""What the data leave open is said in words, where it is so and only there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import clbrdf
+from clbrdf import Fit, Scan
+from clbrdf.fit.identifiability import by_remark
+from tests.reference import naive
+
+
+def scan_of(angles, parameters=naive.TIN_FOIL, noise=0.02, views=43):
+    theta_r = np.linspace(0.0, 84.0, views)
+    theta_i, theta_r = np.repeat(angles, views), np.tile(theta_r, len(angles))
+    truth = naive.brdf(parameters, theta_i, theta_r, 180.0)[:, None] * np.ones(2)
+    draws = np.random.default_rng(41).standard_normal(truth.shape)
+    return Scan(theta_i, 0.0, theta_r, 180.0, [500.0, 600.0], truth * (1.0 + noise * draws))
+
+
+@pytest.mark.parametrize(
+    ("angles", "words"), [((45.0,), "1 incident angle,"), ((30.0, 60.0), "2 incident angles,")]
+)
+def test_few_incident_angles(angles, words):
+    fit = clbrdf.fit(scan_of(angles))
+    for remark, condition in zip(fit.remarks, fit.condition, strict=True):
+        assert words in remark
+        assert "3 are needed" in remark
+        assert condition == np.inf
+    assert set(fit.status.tolist()) <= {"ambiguous"}
+
+
+def test_three_incident_angles_leave_nothing_open():
+    fit = clbrdf.fit(scan_of((30.0, 45.0, 60.0)))
+    assert fit.remarks == ("", "")
+    assert np.isfinite(fit.condition).all()
+
+
+def test_no_specular_part():
+    lambert = (0.0, 0.5, -1.0, 1.0, 0.0, 1.0)
+    fit = clbrdf.fit(scan_of((30.0, 45.0, 60.0), lambert, noise=0.0), bounds={"ks": (0.0, 1e-9)})
+    assert all("no specular part in the data" in remark for remark in fit.remarks)
+
+
+def test_fewer_values_than_parameters():
+    scan = Scan([30.0] * 3, 0.0, [20.0, 30.0, 40.0], 180.0, [500.0], [[1.0], [2.0], [1.5]])
+    fit = clbrdf.fit(scan)
+    assert "3 values for 6 parameters" in fit.remarks[0]
+
+
+def test_parameter_at_its_bound():
+    fit = clbrdf.fit(scan_of((30.0, 45.0, 60.0)), bounds={"d": (0.9, 2.0)})
+    assert all("d at its bound 0.9" in remark for remark in fit.remarks)
+
+
+def test_correlations_and_condition_are_those_of_the_derivatives():
+    fit = clbrdf.fit(scan_of((30.0, 45.0, 60.0)))
+    x = fit.model.features(fit.scan.directions)
+    for k in range(2):
+        jacobian = fit.model.jacobian(fit.vector[k][None, :], x)
+        covariance = np.linalg.inv(jacobian.T @ jacobian)
+        deviation = np.sqrt(np.diag(covariance))
+        # The condition number is near 30: 1e-9 leaves room for its square in the normal equations.
+        np.testing.assert_allclose(
+            fit.correlation[k], covariance / np.outer(deviation, deviation), rtol=1e-9, atol=1e-9
+        )
+        unit = jacobian / np.linalg.norm(jacobian, axis=0)
+        assert fit.condition[k] == pytest.approx(np.linalg.cond(unit), rel=1e-9)
+
+
+def test_remarks_are_kept_in_the_file_and_gathered(tmp_path):
+    fit = clbrdf.fit(scan_of((45.0,)))
+    fit.save(tmp_path / "fit.h5")
+    again = Fit.open(tmp_path / "fit.h5")
+    assert again.remarks == fit.remarks
+    assert again.correlation.tobytes() == fit.correlation.tobytes()
+    remarks = ("open; tied (correlation 0.9991)", "", "tied (correlation 0.9995)")
+    found = by_remark(remarks, np.array([1.0, 2.0, 3.0]))
+    assert {text: nm.tolist() for text, nm in found} == {"tied": [1.0, 3.0], "open": [1.0]}
+
+
+def test_masked_directions_do_not_count_as_seen():
+    scan = scan_of((30.0, 45.0, 60.0))
+    flags = np.zeros(scan.brdf.shape, np.uint32)
+    flags[scan.theta_i == 45.0, 0] = 1
+    fit = clbrdf.fit(replace(scan, flags=flags))
+    assert "2 incident angles" in fit.remarks[0]
+    assert fit.remarks[1] == ""
