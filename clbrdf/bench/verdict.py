@@ -60,7 +60,7 @@ def verdict(table: Sequence[Costs], budget: int) -> str:
             out.append(
                 f"{words} none reached it in half of its runs; the best is {told(best)}."
                 if least
-                else f"{words} the best of the optimizers is {told(best)}."
+                else f"{words} the best of the optimizers is {title(best) if best in sure else told(best)}."
             )
     poor = [n for n in peers if rates[n][rough] < 0.5]
     if poor:

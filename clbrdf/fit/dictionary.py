@@ -36,6 +36,9 @@ MOST_INCIDENT = 12
 THREADS = 4
 """At work on chunks of wavelengths; a fixed number, so that chunks do not depend on the machine."""
 
+LEAST_CHUNK = 128
+"""Wavelengths worth a thread."""
+
 CHUNK_BYTES = 64 << 20
 """Of the sums of one chunk of wavelengths."""
 
@@ -110,7 +113,8 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     near = np.abs(grid_places[:, None] - grid_places[None]).max(axis=-1) <= 1
     lobes = structure.lobes(shapes, problem.features)
     incident = _incident_groups(problem)
-    size = max(1, min(CHUNK_BYTES // (8 * 6 * len(shapes) * (incident.max() + 1)), -(-w // THREADS)))
+    most = max(1, CHUNK_BYTES // (8 * 6 * len(shapes) * (incident.max() + 1)))
+    size = min(most, max(LEAST_CHUNK, -(-w // THREADS)))
 
     def part(first: int) -> tuple[Array, npt.NDArray[np.bool_]]:
         rows = slice(first, min(first + size, w))
