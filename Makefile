@@ -36,7 +36,7 @@ format: .venv/installed-dev
 	$(BIN)/ruff format .
 
 scans: .venv/installed
-	$(BIN)/python scans/make_scans.py
+	for scene in scans/*.toml; do $(BIN)/clbrdf simulate $$scene -o $${scene%.toml}.h5 --overwrite || exit; done
 
 clean:
 	rm -rf .venv build demo *.egg-info

@@ -4,10 +4,15 @@ The text of a program is: constants of the variant (precision, lanes, the model'
 names), vectors, exp2 and directions, the model, the library files a job asks for, the job. Nothing is
 left to the compiler's include path, which breaks on folders with a space; `#line` markers keep the file
 names in messages.
+
+What is not asked for is not in the text: a line that ends in `//@name` stays only where the name is a term
+that the model has, or a part of the job that the variant asks for; lines from `//@{` to `//@}` stay where the
+model is whole.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -31,7 +36,7 @@ BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
 
 @dataclass(frozen=True)
 class Variant:
-    """What a program is built for: job file, model, precision, lanes, library files.
+    """What a program is built for: job file, model, precision, lanes, library files, parts of the job.
 
     The library file "pair" comes before the model and makes it careful; the others come after it.
     """
@@ -41,19 +46,42 @@ class Variant:
     precision: Precision
     lanes: Lanes
     library: tuple[str, ...] = ()
+    parts: tuple[str, ...] = ()
 
     @classmethod
     def on(
-        cls, device: Device, job: str, model: Model, precision: Precision, library: tuple[str, ...] = ()
+        cls,
+        device: Device,
+        job: str,
+        model: Model,
+        precision: Precision,
+        library: tuple[str, ...] = (),
+        parts: tuple[str, ...] = (),
     ) -> Variant:
         """Return the variant with the lanes that suit a device."""
-        return cls(job, model, precision, lanes_of(device, precision.dtype), library)
+        return cls(job, model, precision, lanes_of(device, precision.dtype), library, parts)
 
 
 def kernel_text(path: str) -> str:
     """Return a file of the kernels folder behind a `#line` marker."""
     text = resources.files("clbrdf.kernels").joinpath(path).read_text(encoding="utf-8")
     return f'#line 1 "kernels/{path}"\n{text}\n'
+
+
+def only(text: str, wanted: Collection[str], whole: bool = True) -> str:
+    """Return a kernel text without the lines marked by names that are not wanted; line numbers stay.
+
+    Lines from `//@{` to `//@}` stay where the model is whole.
+    """
+    lines, inside = [], False
+    for line in text.split("\n"):
+        code, marker, name = line.partition("//@")
+        if marker and name in "{}":
+            inside, line = name == "{", ""
+        elif marker:
+            line = code.rstrip() if name in wanted else ""
+        lines.append("" if inside and not whole else line)
+    return "\n".join(lines)
 
 
 def philox_text() -> str:
@@ -101,22 +129,25 @@ def constants_text(variant: Variant) -> str:
 
 def geometry_text(model: Model) -> str:
     """Return the record of a direction, that of geometry features, and the two ways to load the latter."""
-    fields = ", ".join(model.feature_names)
+    fields = ", ".join(model.feature_names) or "none"
     lanes = "\n".join(
         f"    x.{name} = LOAD(group, rows + {j} * n_padded);" for j, name in enumerate(model.feature_names)
     )
+    start = "" if model.feature_names else " = {(realv)0}"
     same = "\n".join(f"    x.{name} = (realv)row[n * F + {j}];" for j, name in enumerate(model.feature_names))
     return (
         kernel_text("lib/direction.cl") + f"typedef struct {{ realv {fields}; }} geometry;\n"
         "inline geometry geometry_lanes(global const real *rows, ulong n_padded, size_t group) {\n"
-        f"    geometry x;\n{lanes}\n    return x;\n}}\n"
+        f"    geometry x{start};\n{lanes}\n    return x;\n}}\n"
         "inline geometry geometry_of(global const real *row, size_t n) {\n"
-        f"    geometry x;\n{same}\n    return x;\n}}\n"
+        f"    geometry x{start};\n{same}\n    return x;\n}}\n"
     )
 
 
 def source_text(variant: Variant) -> str:
     """Return the whole source of a variant."""
+    model = variant.model
+    terms = [term.name for term in model.terms]
     library = "".join(
         philox_text() if name == "philox" else kernel_text(f"lib/{name}.cl")
         for name in variant.library
@@ -128,9 +159,9 @@ def source_text(variant: Variant) -> str:
         + kernel_text("lib/exp2.cl")
         + geometry_text(variant.model)
         + (kernel_text("lib/pair.cl") if "pair" in variant.library else "")
-        + kernel_text(f"models/{variant.model.name}.cl")
+        + only(kernel_text(f"models/{model.name}.cl"), terms, not model.left_out)
         + library
-        + kernel_text(f"{variant.job}.cl")
+        + only(kernel_text(f"{variant.job}.cl"), variant.parts)
     )
 
 

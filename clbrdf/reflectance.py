@@ -12,7 +12,7 @@ the panels. Source: Davis and Rabinowitz, Methods of Numerical Integration (2nd 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.evaluate import evaluate
-from clbrdf.geometry import check_zenith
+from clbrdf.geometry import Directions, check_zenith
 from clbrdf.models import DEFAULT_MODEL
 
 Array = npt.NDArray[np.float64]
@@ -126,7 +126,21 @@ def directional_hemispherical_reflectance(
     check_zenith("theta_i", np.atleast_1d(np.asarray(theta_i, dtype=np.float64)))
     if not 0.0 < max_zenith <= 90.0:
         raise InputError(f"max_zenith is {max_zenith:g}°; it lies in (0°, 90°]")
+
+    def brdf(directions: Directions) -> Array:
+        angles = directions.theta_i, directions.theta_r, directions.phi
+        return evaluate(parameters, *angles, model=model, precision=precision)
+
+    return hemispherical_integral(brdf, theta_i, max_zenith, points)
+
+
+def hemispherical_integral(
+    brdf: Callable[[Directions], Array], theta_i: float, max_zenith: float, points: int
+) -> Array:
+    """Return ρ(θi), () or (W,), of any BRDF: directions (N) -> (N,) or (N, W), even in φ.
+
+    The angles are as in `directional_hemispherical_reflectance`, and not checked here.
+    """
     grid = graded_grid(float(theta_i), float(max_zenith), points)
-    values = evaluate(parameters, theta_i, grid.theta_r, grid.phi, model=model, precision=precision)
-    total: Array = grid.weight @ values
+    total: Array = grid.weight @ brdf(Directions(np.full(1, theta_i), grid.theta_r, grid.phi))
     return total

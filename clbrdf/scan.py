@@ -27,6 +27,14 @@ FLAGS = ("not_measured", "not_a_number", "infinite", "zero", "negative")
 MOST_FLAGS = 32
 
 
+ANGLES = {
+    "theta_i": "incident zenith",
+    "phi_i": "incident azimuth",
+    "theta_r": "view zenith",
+    "phi_r": "view azimuth",
+}
+
+
 @dataclass(frozen=True, eq=False)
 class Scan:
     """BRDF of one sample in N directions at W wavelengths; immutable.
@@ -79,8 +87,8 @@ class Scan:
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        angles = broadcast_angles(self.theta_i, self.phi_i, self.theta_r, self.phi_r)
-        for name, values in zip(("theta_i", "phi_i", "theta_r", "phi_r"), angles, strict=True):
+        angles = broadcast_angles(*(getattr(self, name) for name in ANGLES))
+        for name, values in zip(ANGLES, angles, strict=True):
             if name.startswith("theta"):
                 check_zenith(name, values)
             else:
@@ -193,25 +201,8 @@ class Scan:
 
     def write(self, entry: h5py.Group) -> None:
         """Write the scan into an NXentry that follows NXoptical_spectroscopy where it fits."""
-        entry["definition"] = "NXoptical_spectroscopy"
-        entry["experiment_type"] = "reflection spectroscopy"
-        entry["experiment_sub_type"] = "bidirectional reflectance distribution function"
-        sample = hdf5.group(entry, "sample", "NXsample")
-        sample["name"] = self.sample
-        instrument = hdf5.group(entry, "instrument", "NXinstrument")
-        instrument["name"] = self.instrument
-        instrument["angle_reference_frame"] = "sample-normal centered"
-        data = hdf5.group(entry, "data", "NXdata")
-        data.attrs["signal"] = "brdf"
-        data.attrs["axes"] = [".", "wavelength"]
-        for name in ("theta_i", "phi_i", "theta_r", "phi_r"):
-            data.attrs[f"{name}_indices"] = 0
-        data.attrs["wavelength_indices"] = 1
-        hdf5.field(data, "theta_i", self.theta_i, "deg", "incident zenith")
-        hdf5.field(data, "phi_i", self.phi_i, "deg", "incident azimuth")
-        hdf5.field(data, "theta_r", self.theta_r, "deg", "view zenith")
-        hdf5.field(data, "phi_r", self.phi_r, "deg", "view azimuth")
-        hdf5.field(data, "wavelength", self.wavelength, "nm", "wavelength")
+        angles = {name: getattr(self, name) for name in ANGLES}
+        data = write_frame(entry, angles, self.wavelength, self.sample, self.instrument)
         hdf5.field(data, "brdf", self.brdf, "1/sr", "BRDF (1/sr)")
         if self.sigma is not None:
             hdf5.field(data, "brdf_errors", self.sigma, "1/sr", "standard uncertainty of the BRDF")
@@ -225,10 +216,7 @@ class Scan:
         """Read what `write` wrote."""
         data = entry["data"]
         return cls(
-            **{
-                name: data[name][()]
-                for name in ("theta_i", "phi_i", "theta_r", "phi_r", "wavelength", "brdf")
-            },
+            **{name: data[name][()] for name in (*ANGLES, "wavelength", "brdf")},
             sigma=data["brdf_errors"][()] if "brdf_errors" in data else None,
             flags=data["flags"][()],
             flag_names=tuple(str(name) for name in data["flags"].attrs["names"]),
@@ -236,6 +224,33 @@ class Scan:
             instrument=hdf5.read_text(entry["instrument"], "name"),
             provenance=hdf5.read_mapping(entry, "provenance"),
         )
+
+
+def write_frame(
+    entry: h5py.Group, angles: Mapping[str, Array], wavelength: Array, sample_name: str, instrument_name: str
+) -> h5py.Group:
+    """Write what a scan says beside its values into an NXentry; return the NXdata that takes the values.
+
+    `angles` holds theta_i, phi_i, theta_r, phi_r, each (N,), degrees.
+    """
+    entry["definition"] = "NXoptical_spectroscopy"
+    entry["experiment_type"] = "reflection spectroscopy"
+    entry["experiment_sub_type"] = "bidirectional reflectance distribution function"
+    sample = hdf5.group(entry, "sample", "NXsample")
+    sample["name"] = sample_name
+    instrument = hdf5.group(entry, "instrument", "NXinstrument")
+    instrument["name"] = instrument_name
+    instrument["angle_reference_frame"] = "sample-normal centered"
+    data = hdf5.group(entry, "data", "NXdata")
+    data.attrs["signal"] = "brdf"
+    data.attrs["axes"] = [".", "wavelength"]
+    for name in ANGLES:
+        data.attrs[f"{name}_indices"] = 0
+    data.attrs["wavelength_indices"] = 1
+    for name, meaning in ANGLES.items():
+        hdf5.field(data, name, angles[name], "deg", meaning)
+    hdf5.field(data, "wavelength", wavelength, "nm", "wavelength")
+    return data
 
 
 def flag_unusable(brdf: Array, flags: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:

@@ -19,6 +19,7 @@ COMMANDS = {
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
     "evaluate": "print model values as a table",
+    "simulate": "simulate a scene with the instrument effects it asks for",
     "measure": "run a measurement plan on the rig",
     "emulate": "run a rig of emulated instruments on pseudo-terminals",
     "calibrate": "calibrate the raw counts of a measured scan again",

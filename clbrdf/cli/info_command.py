@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from clbrdf import hdf5
+from clbrdf.cli.checks import print_fit_checks
 from clbrdf.cli.console import print_table
 from clbrdf.cli.summary import print_fit, print_scan
 from clbrdf.fit.result import Fit
@@ -23,7 +24,7 @@ def command(
     all_rows: Annotated[bool, Parameter(negative="")] = False,
     follow: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """Show what is in a scan or fit file.
+    """Show what is in a scan or fit file; of a fit also its reflectance, and whether it is reciprocal.
 
     Parameters
     ----------
@@ -42,6 +43,7 @@ def command(
     if content == "fit":
         fit = Fit.open(file)
         print_fit("", fit, all_rows)
+        print_fit_checks(fit)
         print_table("", ("made by", ""), [[k, v] for k, v in fit.provenance.items()], left=2)
 
 

@@ -17,7 +17,8 @@ DEFAULT_MODEL = "wang2013"
 def model_names() -> tuple[str, ...]:
     """Names of all models in this package."""
     modules = (m.name for m in pkgutil.iter_modules(__path__))
-    return tuple(sorted(name for name in modules if name != "model" and not name.endswith("structure")))
+    others = ("model", "terms")
+    return tuple(sorted(name for name in modules if name not in others and not name.endswith("structure")))
 
 
 @cache

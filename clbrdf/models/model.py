@@ -74,6 +74,28 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Term:
+    """A part of a model that can be left out: a summand becomes 0, a factor becomes 1.
+
+    Attributes
+    ----------
+    name, meaning : str
+    neutral : tuple of (str, float)
+        Parameters that only this term takes, and values that stand for them when it is left out.
+    features : tuple of str
+        Geometry features that only this term takes.
+    factor_of : str
+        The summand it is a factor of, "" for a summand.
+    """
+
+    name: str
+    meaning: str
+    neutral: tuple[tuple[str, float], ...]
+    features: tuple[str, ...] = ()
+    factor_of: str = ""
+
+
+@dataclass(frozen=True)
 class Model:
     """A BRDF model: f(parameters, directions) in 1/sr, without the cosine of the view zenith.
 
@@ -90,8 +112,8 @@ class Model:
     incident_features : int
         How many of them, the first ones, follow from the incident direction alone.
     features : callable
-        Directions (N), type -> (N, F): everything the kernel needs of the geometry, finite, computed in
-        fp64 (the default) or fp32.
+        Directions (N), type, terms left out -> (N, F): everything the kernel needs of the geometry, finite,
+        computed in fp64 (the default) or fp32.
     brdf : callable
         (..., 1, P), (N, F) -> (..., N), 1/sr: the reference in fp64.
     derived : callable
@@ -102,6 +124,13 @@ class Model:
         (..., 1, P), (N, F) -> (..., N, P): derivatives of `brdf` by the parameters, fp64.
     structure : Structure or None
         What a fit can solve without searching; None for a model that has no such parts.
+    grazing : str
+        Name of the parameter without which (at 0) the integral over the hemisphere is finite; "" where it
+        always is.
+    terms : tuple of Term
+        What can be left out, by :func:`clbrdf.models.terms.restrict`.
+    left_out : frozenset of str
+        What has been left out; empty for the model as published.
     """
 
     name: str
@@ -114,19 +143,22 @@ class Model:
     brdf: Callable[[Array, Array], Array]
     jacobian: Callable[[Array, Array], Array]
     derived: Callable[[Array], Array]
-    reference: Callable[[Array, float, float, float], Any]
+    reference: Callable[..., Any]
     structure: Structure | None = None
+    grazing: str = ""
+    terms: tuple[Term, ...] = ()
+    left_out: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Parameter names in table order."""
         return tuple(p.name for p in self.parameters)
 
-    def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
+    def __reduce__(self) -> tuple[Callable[[str, frozenset[str]], Model], tuple[str, frozenset[str]]]:
         # Models are found by name in another process too.
-        from clbrdf.models import get_model
+        from clbrdf.models.terms import get_restricted
 
-        return get_model, (self.name,)
+        return get_restricted, (self.name, self.left_out)
 
     def vector(self, parameters: Mapping[str, npt.ArrayLike]) -> Array:
         """Stack named values to (P,) or (W, P), with defaults where a name is missing.
@@ -153,6 +185,12 @@ class Model:
         except ValueError as error:
             sizes = ", ".join(f"{n}: {c.size}" for n, c in zip(self.names, columns, strict=True) if c.ndim)
             raise InputError(f"parameters have different lengths ({sizes})") from error
+
+    def diverges(self, parameters: Array) -> bool:
+        """Whether the integral over the hemisphere has no bound for some of the parameters (..., P)."""
+        if self.grazing not in self.names:
+            return False
+        return bool((parameters[..., self.names.index(self.grazing)] > 0.0).any())
 
     def parameter(self, name: str) -> Parameter:
         """Return the row of the table with a name."""

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions, attenuation_times_cosines, one_minus_cos_gamma, trigonometry
-from clbrdf.models.model import LOG2_OF_ZERO, Model, Parameter
+from clbrdf.models.model import LOG2_OF_ZERO, Model, Parameter, Term
 from clbrdf.models.wang2013_structure import STRUCTURE
 
 if TYPE_CHECKING:
@@ -41,17 +41,30 @@ def log2_or_zero(values: Array) -> Array:
     return np.log2(values, out=out, where=values > 0.0)
 
 
-def features(directions: Directions, dtype: type[np.floating] = np.float64) -> Array:
+def features(
+    directions: Directions,
+    dtype: type[np.floating] = np.float64,
+    left_out: frozenset[str] = frozenset(),
+) -> Array:
     """(N, 3): cosθi, log2(1 − cosγ), log2(G / (π cosθi cosθr)), computed in a type.
+
+    Without the Fresnel factor the first is missing, without the specular lobe all three, without the
+    attenuation factor G is 1.
 
     G / (cosθi cosθr) = (G cosθi cosθr) / (cosθi cosθr)², with the product in the numerator from its
     stable form; the square is formed as a difference of logarithms, for the range of fp32.
     """
+    if "specular" in left_out:
+        return np.empty((len(directions), 0), dtype)
     t = trigonometry(directions, dtype)
     log2_v = log2_or_zero(one_minus_cos_gamma(t))
-    log2_s = log2_or_zero(attenuation_times_cosines(t))
-    log2_s -= 2.0 * np.log2(t.cos_i * t.cos_r) + np.log2(np.pi)
-    return np.stack([t.cos_i, log2_v, log2_s], axis=-1)
+    if "attenuation" in left_out:
+        log2_s = -(np.log2(t.cos_i * t.cos_r) + np.log2(np.pi))
+    else:
+        log2_s = log2_or_zero(attenuation_times_cosines(t))
+        log2_s -= 2.0 * np.log2(t.cos_i * t.cos_r) + np.log2(np.pi)
+    columns = [log2_v, log2_s] if "fresnel" in left_out else [t.cos_i, log2_v, log2_s]
+    return np.stack(columns, axis=-1)
 
 
 def _specular(parameters: Array, x: Array) -> tuple[Array, Array, Array]:
@@ -91,7 +104,9 @@ def derived(parameters: Array) -> Array:
     return np.stack([LOG2_E * a, b, LOG2_E * c, d, log2_or_zero(k_s), k_d / np.pi], axis=-1)
 
 
-def reference(parameters: Array, theta_i: float, theta_r: float, phi: float) -> mpmath.mpf:
+def reference(
+    parameters: Array, theta_i: float, theta_r: float, phi: float, left_out: frozenset[str] = frozenset()
+) -> mpmath.mpf:
     """f_r as equations (8)-(12) print it, 1/sr, in the working precision of mpmath.
 
     1 − cosγ loses as many digits as it is small: give mpmath 20 digits more than wanted.
@@ -103,6 +118,8 @@ def reference(parameters: Array, theta_i: float, theta_r: float, phi: float) -> 
     cos_gamma = sqrt((cos(i) * cos(r) - sin(i) * sin(r) * cos(p) + 1) / 2)
     D = exp(c * abs(1 - cos_gamma) ** d)
     G = sqrt(abs(tan(i) ** 2 + tan(r) ** 2 - 2 * tan(i) * tan(r) * cos(p)))
+    if "attenuation" in left_out:
+        G = mpf(1)
     F = exp(a * (b - cos(i)) ** 2)
     return k_s * D * G * F / (pi * cos(i) * cos(r)) + k_d / pi
 
@@ -127,4 +144,16 @@ MODEL = Model(
     derived=derived,
     reference=reference,
     structure=STRUCTURE,
+    grazing="ks",
+    terms=(
+        Term(
+            "specular",
+            "the lobe k_s D G F / (π cosθi cosθr) of (8)",
+            (("c", 0.0), ("d", 1.0), ("ks", 0.0)),
+            ("log2_v", "log2_s"),
+        ),
+        Term("fresnel", "the factor F of (12)", (("a", 0.0), ("b", 0.0)), ("cos_i",), "specular"),
+        Term("attenuation", "the factor G of (11)", (), (), "specular"),
+        Term("diffuse", "the summand k_d / π of (8)", (("kd", 0.0),)),
+    ),
 )

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from clbrdf.rig.tomlfile import Settings, load_toml
+from clbrdf.tomlfile import Settings, load_toml
 
 GROUPS = {
     "mechanical": "(4)",

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.rig.drivers import get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
-from clbrdf.rig.tomlfile import Settings, load_toml
+from clbrdf.tomlfile import Settings, load_toml
 
 AXES = ("lamp", "turn", "pitch")
 """The three axes, in the order of every axis array."""

@@ -4,38 +4,52 @@
 //
 //   error    double: 1e-12 relative wherever f > 1e-30 (tests/models/test_wang2013.py, mpmath)
 //   domain   the bounds of the parameter table; features as written there, finite
+//   terms    markers say which lines go with a term that is left out (clbrdf/program.py)
 
 typedef struct {
-    realv a, b, c, d, log2_ks, diffuse;  // a and c times log2 e, kd / π
-    realv a_twice, inverse_ks;           // used by the gradient only
-    realv away, level;                   // b − cosθi; log2 (ks F): set by model_incident
+    // a and c times log2 e, kd / π; b − cosθi and log2 (ks F), set by model_incident
+    realv a, b, away;            //@fresnel
+    realv c, d, log2_ks, level;  //@specular
+    realv diffuse;               //@diffuse
+    //@{
+    realv a_twice, inverse_ks;  // used by the gradient only
+    //@}
 } model_state;
 
 inline model_state model_prepare(const realv *p) {
     const real log2_e = (real)1.4426950408889634;
     model_state m;
-    m.a = p[A] * log2_e;
-    m.b = p[B];
-    m.c = p[C] * log2_e;
-    m.d = p[D];
-    m.log2_ks = p[KS] > (realv)0.0 ? log2(p[KS]) : (realv)LOG2_OF_ZERO;
-    m.diffuse = p[KD] * (real)0.31830988618379067;
+    m.a = p[A] * log2_e;                                                   //@fresnel
+    m.b = p[B];                                                            //@fresnel
+    m.c = p[C] * log2_e;                                                   //@specular
+    m.d = p[D];                                                            //@specular
+    m.log2_ks = p[KS] > (realv)0.0 ? log2(p[KS]) : (realv)LOG2_OF_ZERO;    //@specular
+    m.diffuse = p[KD] * (real)0.31830988618379067;                         //@diffuse
+    //@{
     m.a_twice = (real)2.0 * p[A];
     m.inverse_ks = (real)1.0 / p[KS];
+    //@}
     return m;
 }
 
 // What follows from the incident direction alone, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
-    m->away = m->b - x.cos_i;
-    m->level = m->a * m->away * m->away + m->log2_ks;
+    m->away = m->b - x.cos_i;              //@fresnel
+    m->level =                             //@specular
+        m->a * m->away * m->away           //@fresnel
+        + m->log2_ks;                      //@specular
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    realv power = exp2_falling(m->d * x.log2_v);  // v ≤ 1
-    return exp2_lanes(m->c * power + (m->level + x.log2_s)) + m->diffuse;
+    // v ≤ 1
+    realv power = exp2_falling(m->d * x.log2_v);             //@specular
+    return
+        exp2_lanes(m->c * power + (m->level + x.log2_s))     //@specular
+        + m->diffuse                                         //@diffuse
+        ;
 }
 
+//@{
 // The same for UNROLL view directions side by side, stage by stage: their long chains of dependent operations
 // overlap.
 inline void model_brdf_unrolled(const model_state *m, const geometry *x, realv *f) {
@@ -88,15 +102,20 @@ inline geometry geometry_of_direction(const direction v) {
     x.log2_s = max(log2(v.attenuation * (real)0.31830988618379067 / (cosines * cosines)), floor_of_log);
     return x;
 }
+//@}
 
 #ifdef CAREFUL
 // The same with the exponent in pairs; p holds a log2 e, b, c log2 e, d, log2 ks, kd / π.
 inline realv model_brdf_careful(const pair *p, const geometry x, const geometry rest) {
-    const pair minus_cos_i = {-x.cos_i, -rest.cos_i};
-    const pair log2_v = {x.log2_v, rest.log2_v}, log2_s = {x.log2_s, rest.log2_s};
-    const pair away = pair_sum(p[B], minus_cos_i);
-    const pair level = pair_sum(pair_product(p[A], pair_product(away, away)), pair_sum(p[KS], log2_s));
-    const pair drop = pair_product(p[C], exp2_pair(pair_product(p[D], log2_v)));
-    return exp2_of_pair(pair_sum(drop, level)) + p[KD].hi;
+    const pair minus_cos_i = {-x.cos_i, -rest.cos_i};                                  //@fresnel
+    const pair log2_v = {x.log2_v, rest.log2_v}, log2_s = {x.log2_s, rest.log2_s};     //@specular
+    const pair away = pair_sum(p[B], minus_cos_i);                                     //@fresnel
+    pair level = pair_sum(p[KS], log2_s);                                              //@specular
+    level = pair_sum(pair_product(p[A], pair_product(away, away)), level);             //@fresnel
+    const pair drop = pair_product(p[C], exp2_pair(pair_product(p[D], log2_v)));       //@specular
+    return
+        exp2_of_pair(pair_sum(drop, level))                                            //@specular
+        + p[KD].hi                                                                     //@diffuse
+        ;
 }
 #endif

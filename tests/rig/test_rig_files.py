@@ -28,7 +28,7 @@ from clbrdf.rig.samples import sample_path
         ("theta_i = 30", "theta_r is missing"),
         ("", "theta_i is missing"),
         ("theta_i = 30\ntheta_r = 10\nthetar = 3", "unknown key thetar; did you mean theta_r?"),
-        ("theta_i = 30\ntheta_r = 10\nzzz = 3", "unknown key zzz; known here: sample, theta_i"),
+        ("theta_i = 30\ntheta_r = 10\nzzz = 3", "unknown key zzz; known here: theta_i, theta_r"),
         (
             "theta_i = 30\ntheta_r = 10\nwavelength = {begin = 3}",
             "unknown key wavelength.begin; known here: start, stop, step",

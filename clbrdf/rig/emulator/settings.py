@@ -8,10 +8,8 @@ from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL, get_model
-from clbrdf.rig.tomlfile import Settings
-
-Spectral = float | list[tuple[float, float]]
-"""A number, or pairs of wavelength (nm) and value with straight lines between."""
+from clbrdf.scene.curve import Curve
+from clbrdf.tomlfile import Settings
 
 
 class EffectSettings(Settings):
@@ -50,8 +48,8 @@ class EmulatorSettings(Settings):
 
     Attributes
     ----------
-    parameters : mapping of str to number or pairs
-        Of the model, by name; missing ones take its defaults.
+    parameters : mapping of str to Curve
+        Of the model over wavelength, by name; missing ones take its defaults.
     scan : str
         A Scan file to take the surface from instead (nearest direction), relative to the rig file.
     direct_rate : float
@@ -75,7 +73,7 @@ class EmulatorSettings(Settings):
     """
 
     model: str = DEFAULT_MODEL
-    parameters: dict[str, Spectral] = Field(default_factory=dict)
+    parameters: dict[str, Curve] = Field(default_factory=dict)
     scan: str = ""
     direct_rate: Annotated[float, Field(gt=0.0)] = 1.0e8
     lamp_temperature: Annotated[float, Field(ge=1000.0, le=20000.0)] = 5500.0
@@ -97,9 +95,4 @@ class EmulatorSettings(Settings):
         except InputError as error:
             raise ValueError(str(error)) from error
         check_names(list(self.faults))
-        for name, value in self.parameters.items():
-            if isinstance(value, list):
-                places = [wavelength for wavelength, _ in value]
-                if not places or places != sorted(set(places)):
-                    raise ValueError(f"parameters.{name}: give pairs [nm, value] with increasing wavelengths")
         return self

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -19,10 +19,18 @@ import numpy.typing as npt
 from clbrdf.geometry import Directions, cos_deg
 from clbrdf.models import get_model
 from clbrdf.rig.drivers.obp import ObpSpectrometer
-from clbrdf.rig.emulator.settings import EmulatorSettings, Spectral
+from clbrdf.rig.emulator.settings import EmulatorSettings
 from clbrdf.rig.kinematics import forward
 from clbrdf.rig.rigfile import Rig
 from clbrdf.scan import Scan
+from clbrdf.scene.detector import lamp_spectrum
+from clbrdf.scene.effects.dark import dark_counts
+from clbrdf.scene.effects.lamp_drift import drift_factor
+from clbrdf.scene.effects.nonlinearity import shown_counts
+from clbrdf.scene.effects.read_noise import with_read_noise
+from clbrdf.scene.effects.shot_noise import with_shot_noise
+from clbrdf.scene.effects.stray_light import with_stray_light
+from clbrdf.scene.surface import model_curves, nearest_direction
 
 Array = npt.NDArray[np.float64]
 
@@ -31,9 +39,6 @@ WAVELENGTH_COEFFICIENTS = (340.0, 0.47, -2.0e-5, -1.0e-9)
 
 DIRECT_TOLERANCE = 0.5
 """The lamp counts as shining straight into the detector within this many degrees."""
-
-SECOND_RADIATION = 1.438777e7
-"""hc/k, nm K."""
 
 
 class Clock:
@@ -74,15 +79,14 @@ class World:
         pixel = np.arange(ObpSpectrometer.pixels, dtype=np.float64)
         coefficients = np.array(WAVELENGTH_COEFFICIENTS, dtype="<f4").astype(np.float64)
         self.wavelength: Array = np.asarray(np.polynomial.polynomial.polyval(pixel, coefficients))
-        self._direct = settings.direct_rate * _spectrum_of(self.wavelength, settings.lamp_temperature)
+        self._direct = settings.direct_rate * lamp_spectrum(self.wavelength, settings.lamp_temperature)
         self._surface = _surface(settings, self.wavelength)
         self._seen: tuple[tuple[float, ...], Array] | None = None
 
     def lamp(self) -> float:
         """Lamp power relative to its nominal one."""
         drift = self.settings.effects.lamp_drift
-        hours = self.clock.now() / 3600.0 if drift else 0.0
-        return self.lamp_factor * (1.0 + drift * hours)
+        return self.lamp_factor * (float(drift_factor(drift, self.clock.now())) if drift else 1.0)
 
     def reference_reading(self) -> float:
         """One reading of the reference detector, W."""
@@ -116,61 +120,31 @@ class World:
     def counts(self, seconds: float, is_open: bool) -> npt.NDArray[np.uint16]:
         """Raw counts (1024,) of an exposure."""
         effects = self.settings.effects
-        dark = self.settings.dark_rate * seconds
-        if effects.dark_drift:
-            dark *= 1.0 + effects.dark_drift * self.clock.now() / 3600.0
+        age = self.clock.now() if effects.dark_drift else 0.0
+        dark = float(dark_counts(self.settings.dark_rate, effects.dark_drift, seconds, age))
         signal = self.rate() * (seconds * self.lamp()) if is_open else np.zeros(len(self.wavelength))
         if effects.stray_light:
-            signal = signal + effects.stray_light * signal.mean()
+            signal = with_stray_light(signal, effects.stray_light)
         with self._lock:
             if effects.shot_noise:
                 gain = self.rig.spectrometer.electrons_per_count
-                charge = np.minimum((signal + dark) * gain, 1e9)
-                signal = self._random.poisson(charge) / gain - dark
+                signal = with_shot_noise(signal, dark, gain, self._random.poisson)
             if effects.read_noise:
-                signal = signal + effects.read_noise * self._random.standard_normal(len(signal))
+                deviates = self._random.standard_normal(len(signal))
+                signal = with_read_noise(signal, effects.read_noise, deviates)
         if effects.nonlinearity:
-            signal = _nonlinear(signal, effects.nonlinearity)
+            signal = shown_counts(signal, effects.nonlinearity, ObpSpectrometer.full_scale)
         total = np.rint(self.rig.spectrometer.bias + dark + signal)
         return np.clip(total, 0, ObpSpectrometer.full_scale).astype(np.uint16)
-
-
-def _spectrum_of(wavelength: Array, temperature: float) -> Array:
-    """Lamp (Planck, photons) times a silicon detector's responsivity, 1 at the brightest pixel."""
-    planck = wavelength**-4.0 / np.expm1(SECOND_RADIATION / (wavelength * temperature))
-    responsivity = np.exp(-(((wavelength - 600.0) / 250.0) ** 2))
-    product = planck * responsivity
-    return np.asarray(product / product.max())
-
-
-def _nonlinear(net: Array, coefficients: tuple[float, ...]) -> Array:
-    """Return counts x with x / p(x) = net: what the detector shows. Fixed-point iteration, p is near 1."""
-    shown = net.copy()
-    limited = ObpSpectrometer.full_scale
-    for _ in range(60):
-        shown = net * np.polynomial.polynomial.polyval(np.clip(shown, 0.0, limited), coefficients)
-    return shown
 
 
 def _surface(settings: EmulatorSettings, wavelength: Array) -> Callable[[Directions], Array]:
     """Return f_r (P,) in 1/sr of one direction, at every pixel."""
     if settings.scan:
         return _scan_surface(Scan.open(settings.scan), wavelength)
-    return _model_surface(settings.model, settings.parameters, wavelength)
-
-
-def _model_surface(
-    name: str, parameters: Mapping[str, Spectral], wavelength: Array
-) -> Callable[[Directions], Array]:
-    model = get_model(name)
-    values = {}
-    for key, value in parameters.items():
-        if isinstance(value, list):
-            places, heights = zip(*value, strict=True)
-            values[key] = np.interp(wavelength, places, heights)
-        else:
-            values[key] = np.asarray(value)
-    vector = np.atleast_2d(model.vector(values))[:, None, :]
+    model = get_model(settings.model)
+    curves = model_curves(settings.parameters)
+    vector = np.atleast_2d(model.vector(curves(wavelength)))[:, None, :]
 
     def brdf(directions: Directions) -> Array:
         return np.broadcast_to(model.brdf(vector, model.features(directions))[:, 0], wavelength.shape)
@@ -181,14 +155,9 @@ def _model_surface(
 def _scan_surface(scan: Scan, wavelength: Array) -> Callable[[Directions], Array]:
     """Return the nearest measured direction, straight lines between wavelengths; masked values count as 0."""
     values = np.where(scan.mask, 0.0, scan.brdf)
+    nearest = nearest_direction(scan)
 
     def brdf(directions: Directions) -> Array:
-        turn = np.deg2rad(scan.phi - directions.phi[0])
-        distance = (
-            (scan.theta_i - directions.theta_i[0]) ** 2
-            + (scan.theta_r - directions.theta_r[0]) ** 2
-            + 2.0 * scan.theta_r * directions.theta_r[0] * (1.0 - np.cos(turn))
-        )
-        return np.asarray(np.interp(wavelength, scan.wavelength, values[int(np.argmin(distance))]))
+        return np.asarray(np.interp(wavelength, scan.wavelength, values[int(nearest(directions)[0])]))
 
     return brdf

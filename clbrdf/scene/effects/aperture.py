@@ -1,0 +1,45 @@
+"""The detector sees a cone of directions and not one.
+
+    f = 1 / (Ω cosθr) ∫_Ω f_r(ωi, ω) cosθ dω,     Ω = 2π (1 − cos(angle / 2))
+
+P_s of (2) is what the whole aperture receives, and Ω its solid angle. Source: equation (2) of Wang, Zhang and
+Dong (2013), which gives Ω an uncertainty of 0.7 % and not its size; 1° is a common one.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from clbrdf.scene.cone import cone_nodes
+from clbrdf.scene.vectors import mirrored
+from clbrdf.tomlfile import Settings
+
+Array = npt.NDArray[np.float64]
+
+
+class Aperture(Settings):
+    """Settings.
+
+    Attributes
+    ----------
+    angle : float
+        Full angle of the cone that the detector's aperture fills, seen from the sample, degrees.
+    """
+
+    angle: Annotated[float, Field(gt=0.0, le=40.0)] = 1.0
+
+
+def solid_angle(angle: float) -> float:
+    """Ω of a cone of a full angle in degrees, sr: 4π sin²(angle / 4)."""
+    return float(4.0 * np.pi * np.sin(np.deg2rad(angle) / 4.0) ** 2)
+
+
+def aperture_nodes(settings: Aperture, source: Array, view: Array, order: int) -> tuple[Array, Array]:
+    """Return view vectors (N, K, 3) and weights (N, K), for vectors (N, 3); the weights hold cosθ / cosθr."""
+    nodes, weights = cone_nodes(view, mirrored(source), np.deg2rad(settings.angle) / 2.0, order)
+    weights *= nodes[..., 2] / view[:, None, 2]
+    return nodes, weights / solid_angle(settings.angle)
