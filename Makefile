@@ -19,7 +19,9 @@ test: lint
 bench: .venv/installed-bench
 	$(BIN)/clbrdf devices --tune
 	$(BIN)/clbrdf bench throughput
+	$(BIN)/clbrdf bench grids
 	$(BIN)/clbrdf bench accuracy --png docs/pictures/accuracy.png --overwrite
+	$(BIN)/clbrdf bench fit
 	$(BIN)/clbrdf bench optimizers --png docs/pictures/optimizers.png --overwrite
 
 soak: .venv/installed-dev

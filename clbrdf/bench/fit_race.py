@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.bench.memory import peak_memory
 from clbrdf.device import Device
 from clbrdf.errors import DeviceError
 from clbrdf.fit.problem import make_problem
@@ -159,8 +160,6 @@ def fit_in_child(method: str, incident: int, wavelengths: int, device: Device, v
 
 def child() -> None:
     """Fit the scan that the command line tells; print seconds, peak memory and E as JSON."""
-    import resource
-
     from clbrdf.device import choose_device
     from clbrdf.fit import fit
 
@@ -171,9 +170,7 @@ def child() -> None:
     start = time.perf_counter()
     result = fit(scan, method=method, device=device)
     seconds = time.perf_counter() - start
-    unit = 1 if sys.platform == "darwin" else 1024
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
-    row = {"seconds": seconds, "peak": peak, "objective": result.objective.tolist()}
+    row = {"seconds": seconds, "peak": peak_memory(), "objective": result.objective.tolist()}
     print(json.dumps({**row, "directions": len(scan.theta_i)}))
 
 

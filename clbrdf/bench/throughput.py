@@ -62,13 +62,15 @@ class Contender:
 
 
 def race(contenders: list[Contender], rounds: int | None = None, report: Report = silent) -> list[Contender]:
-    """Run all in turn, round after round, so that a machine that slows down slows all of them."""
-    for contender in contenders:
-        contender.run()
+    """Run all in turn, round after round, so that a machine that slows down slows all of them.
+
+    A first run of each, not timed, wakes the cores that the one before left idle.
+    """
     times: list[list[float]] = [[] for _ in contenders]
     rounds = rounds or ROUNDS
     for done in range(rounds):
         for place, contender in enumerate(contenders):
+            contender.run()
             start = time.perf_counter()
             contender.run()
             times[place].append(time.perf_counter() - start)

@@ -13,6 +13,7 @@ from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_pa
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.bench_fit import bench_fit
+from clbrdf.cli.bench_grids import bench_grids
 from clbrdf.cli.bench_optimizers import (
     OptimizerOptions,
     bench_optimizers,
@@ -32,7 +33,7 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "optimizers", "fit", "references"],
+    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references"],
     /,
     *,
     device: DeviceName = None,
@@ -48,6 +49,7 @@ def command(
     what
         throughput: million model evaluations a second in E (13), beside NumPy, Numba and C, interleaved;
         accuracy: error over time for model values, E, fits and integrals;
+        grids: model values on grids of directions × wavelengths, scenes in memory and to a file;
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, ten minutes;
         references: the reference optima of that set, searched again
@@ -67,6 +69,8 @@ def command(
         content = _accuracy(chosen, png, overwrite)
     elif what == "optimizers":
         content = bench_optimizers(options or OptimizerOptions(), chosen, png, overwrite)
+    elif what == "grids":
+        content = bench_grids(chosen)
     elif what == "fit":
         content = bench_fit(chosen)
     else:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import statistics
 import subprocess
 import sys
 import textwrap
-import time
 
 import numpy as np
 import pytest
@@ -61,26 +59,6 @@ def test_without_effects_it_is_evaluate_bit_for_bit(precision, sources):
     assert own == set(sources)
     np.testing.assert_array_equal(ours, theirs)
     np.testing.assert_array_equal(simulate(made, block_values=100_000).brdf, theirs)
-
-
-def test_without_effects_it_takes_evaluates_time():
-    """1.4 million values, in turn; the quickest of each, which neighbours disturb least."""
-    made = scene(**LARGE, surface={"parameters": CURVES})
-    ready, theirs = set_up(made), evaluated(made)
-    runs = {"ours": lambda: values_of(ready), "theirs": theirs}
-    times = {name: [] for name in runs}
-    for _ in range(6):
-        for k in range(15):
-            for name in sorted(runs, reverse=bool(k % 2)):
-                start = time.perf_counter()
-                runs[name]()
-                times[name].append(time.perf_counter() - start)
-        ratio = min(times["ours"]) / min(times["theirs"])
-        if ratio < 1.03:
-            medians = {name: 1e3 * statistics.median(values) for name, values in times.items()}
-            print(f"{ratio:.3f} times as long as evaluate; medians, ms: {medians}")
-            return
-    pytest.fail(f"{ratio:.3f} times as long as evaluate")
 
 
 NODES, BANDS = "k < nodes", "b < bands"
