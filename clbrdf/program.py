@@ -203,3 +203,12 @@ def upload(device: Device, values: np.ndarray, dtype: type[np.generic] | None = 
         host = np.ascontiguousarray(values, dtype=dtype)
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     return cl.Buffer(open_queue(device).context, flags, hostbuf=host)
+
+
+def work_group(device: Device, dimensions: int) -> tuple[int, ...] | None:
+    """Return the work-group size for kernels whose items are long, such as a chain or a polish.
+
+    One item on a CPU: left to itself PoCL chooses a size by the global one, and compiles the kernel again for
+    each. On a GPU the driver chooses.
+    """
+    return None if device.kind == "gpu" else (1,) * dimensions

@@ -12,7 +12,7 @@ from clbrdf.device import open_queue
 from clbrdf.fit.problem import Problem
 from clbrdf.lanes import Lanes, lanes_of
 from clbrdf.precision import Precision
-from clbrdf.program import Variant, build, upload
+from clbrdf.program import Variant, build, upload, work_group
 
 Array = npt.NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def prepare_objective(
     ]
 
     def launch() -> None:
-        kernel(queue, (groups, w), None, *arguments)
+        kernel(queue, (groups, w), work_group(device, 2), *arguments)
         queue.finish()
 
     def read() -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from clbrdf.device import open_queue
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.precision import get_precision
-from clbrdf.program import Variant, build, upload
+from clbrdf.program import Variant, build, upload, work_group
 
 
 class Chains:
@@ -44,6 +44,7 @@ class Chains:
         variant = Variant.on(device, job, problem.model, chosen, library)
         self.dtype, self.width = chosen.dtype, variant.lanes.width
         self.queue, self._program = open_queue(device), build(device, variant)
+        self._local = work_group(device, 2)
         self.w, n = problem.size
         self.p, self.groups = len(problem.lower), -(-count // self.width)
         self.searched = self.p - (2 if separable else 0)
@@ -76,14 +77,14 @@ class Chains:
         import pyopencl as cl
 
         size = (self.groups, self.w)
-        cl.Kernel(self._program, kernel)(self.queue, size, None, *self._data, *arguments, *self.state)
+        cl.Kernel(self._program, kernel)(self.queue, size, self._local, *self._data, *arguments, *self.state)
         self.queue.finish()
 
     def launch_bare(self, kernel: str, size: tuple[int, int], *arguments: Any) -> None:
         """Run a kernel with arguments of its own."""
         import pyopencl as cl
 
-        cl.Kernel(self._program, kernel)(self.queue, size, None, *arguments)
+        cl.Kernel(self._program, kernel)(self.queue, size, self._local, *arguments)
 
     def candidates(self, starts: int, steps: int) -> Candidates:
         """Return the best states of the best chains, after so many steps of each chain."""

@@ -16,7 +16,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.precision import Precision, get_precision
-from clbrdf.program import Variant, build, upload
+from clbrdf.program import Variant, build, upload, work_group
 
 Array = npt.NDArray[np.float64]
 
@@ -134,7 +134,15 @@ def descend(
     rows, groups_of_rows = upload(device, problem.features, dtype), upload(device, problem.starts)
     data = [upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
     kernel(
-        *(queue, (groups, w), None, rows, groups_of_rows, np.uint32(len(problem.starts) - 1), np.uint32(n)),
+        *(
+            queue,
+            (groups, w),
+            work_group(device, 2),
+            rows,
+            groups_of_rows,
+            np.uint32(len(problem.starts) - 1),
+            np.uint32(n),
+        ),
         *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
     )
     host_q = np.empty((w, groups, p, width), dtype=dtype)
