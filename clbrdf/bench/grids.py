@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -130,7 +131,7 @@ def _memory(device: Device, precisions: list[str], report: Report) -> list[GridR
         setting = set_up(grid_scene(IN_MEMORY, name), device=device)
         count = len(setting.nominal) * len(setting.wavelength)
         runs[f"evaluate, {name}"] = _evaluated(setting, name, device)
-        runs[f"scene without effects, {name}"] = lambda setting=setting: values_of(setting)
+        runs[f"scene without effects, {name}"] = partial(values_of, setting)
     times: dict[str, list[float]] = {name: [] for name in runs}
     for k in range(2 * ROUNDS + 1):
         for name in sorted(runs, reverse=bool(k % 2)):

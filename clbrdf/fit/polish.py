@@ -133,16 +133,9 @@ def descend(
     q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * done, 0.0 * done, done)]
     rows, groups_of_rows = upload(device, problem.features, dtype), upload(device, problem.starts)
     data = [upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
+    sizes = np.uint32(len(problem.starts) - 1), np.uint32(n)
     kernel(
-        *(
-            queue,
-            (groups, w),
-            work_group(device, 2),
-            rows,
-            groups_of_rows,
-            np.uint32(len(problem.starts) - 1),
-            np.uint32(n),
-        ),
+        *(queue, (groups, w), work_group(device, 2), rows, groups_of_rows, *sizes),
         *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
     )
     host_q = np.empty((w, groups, p, width), dtype=dtype)
