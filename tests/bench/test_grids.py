@@ -1,4 +1,4 @@
-"""The race of grids: the kernel alone computes what evaluate does; every line is told beside its reference."""
+"""The race of grids: scene and evaluate compute the same; every line is told beside its reference."""
 
 from __future__ import annotations
 
