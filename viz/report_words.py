@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clbrdf.fit.identifiability import by_remark
 from clbrdf.fit.result import Fit
 
 Rows = list[tuple[str, str]]
@@ -46,6 +47,7 @@ def warning_lines(fit: Fit) -> list[str]:
         here = fit.wavelength[fit.status == status]
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
+    lines += [f"{remark}, at {_listed(nm)}" for remark, nm in by_remark(fit.remarks, fit.wavelength)]
     for name, count in fit.scan.flag_counts().items():
         share = 100.0 * count / fit.scan.brdf.size
         lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")

@@ -109,11 +109,13 @@ def test_warnings(foil, small_scan):
     fit = fit_of(all_masked(small_scan, 1), FOIL)
     status = np.array(["ambiguous", "no data", "converged"])
     fit = replace(fit, status=status, not_finite=np.array([3, 0, 4]), evaluations=np.array([50, 0, 50]))
+    fit = replace(fit, remarks=("a and b open: 2 incident angles, 3 are needed", "", ""))
     assert "not finite" not in "\n".join(warning_lines(replace(fit, evaluations=np.array([9000, 0, 9000]))))
     lines = "\n".join(warning_lines(fit))
     for words in (
         "no data at 550 nm",
         "ambiguous at 450 nm",
+        "a and b open: 2 incident angles, 3 are needed, at 450 nm",
         "48 values (33.3 %) are masked as not measured",
         "7 of 100 evaluations of the search were not finite",
     ):
