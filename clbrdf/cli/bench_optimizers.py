@@ -100,6 +100,9 @@ def bench_optimizers(
     if size["wavelengths"] < 0:
         raise InputError(f"--wavelengths {size['wavelengths']}: give 1 or more, or 0 for all")
     names = _names(options.optimizers, "--optimizers", (*OPTIMIZERS, *METHODS))
+    for name in names if options.optimizers is not None and options.objective == "separable" else ():
+        if name in OPTIMIZERS and OPTIMIZERS[name].gradient:
+            raise InputError(f"--optimizers: {name} uses derivatives, and --objective separable has none")
     rules = Rules(
         optimizers=tuple(n for n in names if n in OPTIMIZERS),
         methods=tuple(n for n in names if n in METHODS),
@@ -128,7 +131,7 @@ def bench_optimizers(
     stdout_console().print(
         "ERT: evaluations, or seconds, of all runs over the number of successes; ∞ where there is none. A"
         " value with its gradient counts as two. Optimizers run on one core each, several at a time, at most"
-        f" {LONGEST:g} s a run. Methods of clbrdf fit the wavelengths of a problem at once on the whole"
+        f" {LONGEST:g} s a run. Methods of clbrdf set their own budget and fit the wavelengths of a problem at once on the whole"
         f" device, here {fitted}, and a fit costs the same whatever the target; many at once cost less each."
     )
     if png is not None:

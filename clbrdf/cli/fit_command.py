@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, pair_map
+from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
@@ -31,7 +31,7 @@ def command(
     *,
     output: Output,
     method: str = METHODS[0],
-    seed: int = 0,
+    seed: Seed = 0,
     weights: str = WEIGHTS[0],
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,

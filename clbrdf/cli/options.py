@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from clbrdf.errors import InputError
 
@@ -17,6 +18,14 @@ DeviceName = Annotated[
     str | None, Parameter(name="--device", help="part of the name of an OpenCL device or platform")
 ]
 JsonFile = Annotated[Path | None, Parameter(name="--json", help="also write the result for machines")]
+
+
+def _whole(_type: object, tokens: Sequence[Token]) -> int:
+    """Read a whole number; "1.5" is none."""
+    return int(tokens[0].value)
+
+
+Seed = Annotated[int, Parameter(converter=_whole)]
 
 MOST_VALUES = 1_000_000
 

@@ -26,6 +26,9 @@ from clbrdf.scene.surface import ModelSurface
 
 Flag = Parameter(negative="")
 
+LEAST_RTOL = 1e-11
+"""A quarter of it is what the model's arithmetic may use, and double precision keeps 5e-13."""
+
 WORTH_A_WORD = 1e-3
 """Effects that move the result by less are named below the ledger."""
 
@@ -62,6 +65,8 @@ def command(
     """
     if output is None and not (ledger or check):
         raise InputError("nothing to do: name a scan file with -o, or ask for --ledger or --check")
+    if rtol is not None and not LEAST_RTOL <= rtol <= 1.0:
+        raise InputError(f"rtol is {rtol:g}; give {LEAST_RTOL:g} to 1")
     if rtol is not None and precision is not None:
         raise InputError("--precision and --rtol both choose the arithmetic; give one of them")
     if seed is not None and not 0 <= seed <= LARGEST_SEED:

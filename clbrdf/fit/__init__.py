@@ -18,11 +18,11 @@ from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.result import STATUSES, Fit
+from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.smooth import start_each_other
 from clbrdf.fit.solve import joined, solve
 from clbrdf.fit.tempering import TemperingSettings
-from clbrdf.fit.tolerance import SAMPLE, choose_settings
+from clbrdf.fit.tolerance import BEST, SAMPLE, choose_settings
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
@@ -71,11 +71,12 @@ def fit(
     model : str
     smooth : float, optional
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
-        expected to change in 10 nm, in (0, 1]; see `clbrdf.fit.smooth`. E then is that of the smooth
+        expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
     rtol : float, optional
-        Largest excess of E over the optimum, relative, from 1e-9: the cheapest of the method's searches that
-        keeps it on a sample of the scan's wavelengths is taken; `tolerance` of the fit tells which.
+        Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
+        taken whose excess on a sample of the scan's wavelengths is a tenth of it; `tolerance` of the fit
+        tells which. An estimate: other wavelengths are not looked at.
     settings : Settings, TemperingSettings or DictionarySettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -100,8 +101,8 @@ def fit(
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
-    if smooth is not None and not 0.0 < smooth <= 1.0:
-        raise InputError(f"smooth is {smooth:g}; give a share of the range in 10 nm, above 0 to 1")
+    _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
+    _check_number("rtol", rtol, BEST, 1.0)
     start = time.perf_counter()
     chosen = get_model(model)
     way = get_method(method, chosen, settings)
@@ -155,6 +156,12 @@ def fit(
         tolerance=() if choice is None else choice.lines(),
         start=start,
     )
+
+
+def _check_number(name: str, value: float | None, low: float, high: float) -> None:
+    """Raise InputError where an option is given and is no number within its limits."""
+    if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
+        raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
 
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:

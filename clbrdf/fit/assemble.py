@@ -105,6 +105,7 @@ def assemble(
             placed(result.undetermined, False),
             placed(at_bound, False),
             correlation,
+            weights > 0.0,
         ),
         evaluations=placed(solution.evaluations, 0),
         starts=placed(solution.starts, 0),

@@ -212,6 +212,7 @@ def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt
 def _starts(problem: Problem, energy: Array, q: Array, count: int) -> Array:
     """Coordinates (w, count, P) of the lowest of candidates (P, w, C) that lie apart from each other."""
     low, span = problem.lower[:, None, None], (problem.upper - problem.lower)[:, None, None]
+    span = np.where(span > 0.0, span, 1.0)
     unit = np.round(np.clip((q - low) / span, 0.0, 1.0) / ROUNDING) * ROUNDING
     rows, open_energy, out = np.arange(len(energy)), np.where(np.isfinite(energy), energy, np.inf), []
     for _ in range(count):

@@ -12,6 +12,9 @@ from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
 
+NO_LOBE = 1e-6
+"""Share of the BRDF below which the specular part counts as none."""
+
 SEPARATOR = "; "
 
 STRONG = 0.999
@@ -25,6 +28,7 @@ def remarks(
     undetermined: npt.NDArray[np.bool_],
     at_bound: npt.NDArray[np.bool_],
     correlation: Array,
+    used: npt.NDArray[np.bool_],
 ) -> tuple[str, ...]:
     """Return for each of W wavelengths what the data leave open there; "" where nothing.
 
@@ -37,11 +41,14 @@ def remarks(
         NaN where there is no fit.
     undetermined, at_bound : (W, P) bool
     correlation : (W, P, P) float64
+    used : (N, W) bool
+        Values that were fitted.
     """
+    features = model.features(scan.directions)
     return tuple(
         SEPARATOR.join(
             [
-                *_open(model, scan, k, parameters[k], undetermined[k]),
+                *_open(model, features[used[:, k]], scan.theta_i[used[:, k]], parameters[k], undetermined[k]),
                 *_held(model, parameters[k], at_bound[k]),
                 *_tied(model, correlation[k]),
             ]
@@ -62,22 +69,28 @@ def by_remark(remarks: Sequence[str], wavelength: Array) -> list[tuple[str, Arra
 
 
 def _open(
-    model: Model, scan: Scan, k: int, parameters: Array, undetermined: npt.NDArray[np.bool_]
+    model: Model,
+    features: Array,
+    theta_i: Array,
+    parameters: Array,
+    undetermined: npt.NDArray[np.bool_],
 ) -> list[str]:
     """Which parameters the data cannot tell, and the reason where the model's structure gives one."""
     names = [name for name, unknown in zip(model.names, undetermined, strict=True) if unknown]
     if not names:
         return []
-    values = int(np.count_nonzero(~scan.mask[:, k]))
+    values = len(theta_i)
     if values < len(model.names):
-        return [f"{_listed(names)} open: {values} values for {len(model.names)} parameters"]
+        plural = "s" if values > 1 else ""
+        return [f"{_listed(names)} open: {values} value{plural} for {len(model.names)} parameters"]
     structure = model.structure
     if structure is not None:
-        lobe = {*structure.shape, *structure.growth, structure.linear[0]}
         amplitude = {*structure.growth, structure.linear[0]}
-        if parameters[model.places(structure.linear[:1])[0]] == 0.0 or lobe <= set(names):
+        rest = parameters[model.places(structure.linear)[1]] * structure.diffuse
+        fitted = model.brdf(parameters[None, :], features)
+        if (fitted - rest).max() <= NO_LOBE * fitted.max():
             return [f"{_listed(names)} open: no specular part in the data"]
-        seen = len(np.unique(scan.theta_i[~scan.mask[:, k]]))
+        seen = len(np.unique(theta_i))
         if set(names) <= amplitude and seen < len(amplitude):
             angles = f"{seen} incident angle{'s' if seen > 1 else ''}"
             return [f"{_listed(names)} open: {angles}, {len(amplitude)} are needed"]

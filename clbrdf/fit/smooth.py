@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from clbrdf.fit.polish import polish
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.solve import Solution
+from clbrdf.fit.solve import EXACT, Solution
 
 Array = npt.NDArray[np.float64]
 
@@ -32,8 +32,15 @@ MOST_ROUNDS = 8
 """Of neighbours starting each other: a good optimum travels that many wavelengths at least."""
 
 MOST_ITERATIONS = 200
-TOLERANCE = 1e-10
-"""Stop where a step would lower Φ by less than this, relative."""
+TOLERANCE = 1e-9
+"""Stop where a step would lower Φ by less than this, relative: Φ is about the number of values, so that for
+10⁵ of them it is a ten-thousandth of a standard deviation's worth."""
+
+LEAST_EIGENVALUE = 1e-12
+"""Of blocks scaled to a unit diagonal: below it rounding hides the direction, its variance is a lower limit."""
+
+LEAST_CHANGE = 1e-4
+"""Smallest τ: below, parameters are the same at all wavelengths, and the valley too narrow to walk along."""
 
 CHUNK_BYTES = 32 << 20
 """Of the derivatives of one chunk of wavelengths."""
@@ -89,8 +96,16 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
         gradient = h / noise[:, None] + _pull(stiffness, q)
         held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0))
         band = _banded(H / noise[:, None, None], stiffness, held)
-        band[0] *= 1.0 + damping
-        step = solveh_banded(band, -np.where(held, 0.0, gradient).ravel(), lower=True).reshape(w, p)
+        # A coordinate that nothing feels, neither data nor neighbours, stays where it is.
+        unfelt = band[0] <= 1e-14 * band[0].max()
+        band[0] = np.where(unfelt, band[0].max(), band[0] * (1.0 + damping))
+        try:
+            step = solveh_banded(band, -np.where(held, 0.0, gradient).ravel(), lower=True).reshape(w, p)
+        except np.linalg.LinAlgError:  # not positive definite to rounding
+            damping *= 10.0
+            if damping > 1e12:
+                break
+            continue
         trial = np.clip(q + np.clip(step, -0.25 * span, 0.25 * span), problem.lower, problem.upper)
         trial_energy, trial_h, trial_H = _normal_equations(problem, trial)
         trial_phi = phi(trial, trial_energy)
@@ -106,7 +121,8 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
             damping *= 4.0
     held = (q <= problem.lower) | (q >= problem.upper)
     covariance = _covariance(H / noise[:, None, None], stiffness, held)
-    ends = replace(solution, coordinates=q, objective=energy, converged=np.full(w, converged))
+    done = np.full(w, converged) | (energy <= EXACT)
+    ends = replace(solution, coordinates=q, objective=energy, converged=done)
     return ends, covariance
 
 
@@ -169,9 +185,18 @@ def _covariance(H: Array, stiffness: Array, held: npt.NDArray[np.bool_]) -> Arra
     backward: Array = diagonal.copy()
     for k in range(1, w):
         coupling = np.outer(beside[k - 1], beside[k - 1])
-        forward[k] = forward[k] - coupling * np.linalg.inv(forward[k - 1])
+        forward[k] = forward[k] - coupling * _inverse(forward[k - 1])
         back = w - 1 - k
         coupling = np.outer(beside[back], beside[back])
-        backward[back] = backward[back] - coupling * np.linalg.inv(backward[back + 1])
-    both = forward + backward - diagonal
-    return np.asarray(np.linalg.inv(both), dtype=np.float64)
+        backward[back] = backward[back] - coupling * _inverse(backward[back + 1])
+    return _inverse(forward + backward - diagonal)
+
+
+def _inverse(blocks: Array) -> Array:
+    """Inverses (..., P, P) of positive blocks; directions hidden by rounding count as hardly determined."""
+    length = np.sqrt(np.maximum(np.diagonal(blocks, axis1=-2, axis2=-1), 1e-290))
+    scale = length[..., :, None] * length[..., None, :]
+    values, vectors = np.linalg.eigh(blocks / scale)
+    values = np.maximum(values, LEAST_EIGENVALUE)
+    out: Array = (vectors / values[..., None, :]) @ np.swapaxes(vectors, -1, -2) / scale
+    return out

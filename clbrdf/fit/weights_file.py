@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
@@ -31,9 +32,13 @@ def read_weights(path: Path, scan: Scan) -> npt.NDArray[np.float64]:
     """
     if not path.is_file():
         raise InputError(f"weights {str(path)!r}: neither none, relative or sigma, nor a file")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError):
+        raise InputError(f"{path}: cannot be read as text; give a CSV file") from None
     out = np.zeros(len(scan.theta_i))
     given = np.zeros(len(out), dtype=bool)
-    with open(path, encoding="utf-8-sig", newline="") as stream:
+    with io.StringIO(text, newline="") as stream:
         reader = csv.DictReader(stream)
         names = {(name or "").strip().casefold(): name for name in reader.fieldnames or ()}
         missing = [name for name in COLUMNS if name not in names]

@@ -163,7 +163,7 @@ def _keep(setting: Setting, report: Report, block_values: int) -> Ledger:
         account.values += block.values.size
         report(done, len(setting.places))
     for name, before, with_it in zip(early, runs[:-1], runs[1:], strict=True):
-        account.ledger[name].seconds = with_it.seconds - before.seconds
+        account.ledger[name].seconds = max(0.0, with_it.seconds - before.seconds)  # below the noise of times
     return Ledger(runs[0].seconds, account.ledger, account.counts, whole.seconds, account.values)
 
 

@@ -261,6 +261,9 @@ class TestMistakesOfNewUsers:
         target = tmp_path / "f.h5"
         fit = ("fit", scan_file, "-o", target)
         assert_one_line(run(*fit, "--method", "anneal", "--chains", 0), "chains is 0")
+        assert_one_line(run(*fit, "--seed", "1.5"), "1.5")
+        assert_one_line(run(*fit, "--rtol", "inf"), "rtol is inf; give 1e-09 to 1")
+        assert_one_line(run(*fit, "--weights", scan_file), "scan.h5: cannot be read as text")
         assert_one_line(run(*fit, "--bounds", "a=1:2", "--bounds", "a=2:3"), "a is given twice")
         angles = ("evaluate", "--theta-i", "30", "--theta-r", "30")
         assert_one_line(run(*angles, "--param", "ks=-1"), "parameter ks is -1; it has to be at least 0")

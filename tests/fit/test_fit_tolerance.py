@@ -24,7 +24,7 @@ def scan(small_scan):
 
 
 @pytest.mark.parametrize("method", ["auto", "anneal"])
-@pytest.mark.parametrize("rtol", [100.0, 1e-2, 1e-9])
+@pytest.mark.parametrize("rtol", [1.0, 1e-2, 1e-9])
 def test_the_word_is_kept(scan, method, rtol):
     best = clbrdf.fit(scan).objective
     fit = clbrdf.fit(scan, method=method, rtol=rtol)
@@ -36,9 +36,9 @@ def test_the_word_is_kept(scan, method, rtol):
 
 
 def test_a_wide_tolerance_takes_less_work(scan):
-    wide, exact = clbrdf.fit(scan, rtol=100.0), clbrdf.fit(scan, rtol=1e-9)
+    wide, exact = clbrdf.fit(scan, rtol=1.0), clbrdf.fit(scan, rtol=1e-9)
     assert (wide.evaluations < exact.evaluations).all()
-    assert "dictionary alone" in wide.tolerance[0]
+    assert "single precision" in wide.tolerance[0]
     assert len(wide.tolerance) == 2  # and what the next better one costs
 
 
@@ -66,10 +66,11 @@ def test_excess_of_exact_data_is_none():
 
 
 def test_what_cannot_be_kept_is_refused(scan):
-    with pytest.raises(InputError, match="rtol is 1e-12; give 1e-09 or more"):
+    with pytest.raises(InputError, match="rtol is 1e-12; give 1e-09 to 1"):
         clbrdf.fit(scan, rtol=1e-12)
-    with pytest.raises(InputError, match="rtol is nan"):
-        clbrdf.fit(scan, rtol=float("nan"))
+    for rtol in (float("nan"), float("inf"), "x"):
+        with pytest.raises(InputError, match=f"rtol is {rtol}; give"):
+            clbrdf.fit(scan, rtol=rtol)
     with pytest.raises(InputError, match="settings and rtol both choose"):
         clbrdf.fit(scan, rtol=1e-3, settings=Settings())
     with pytest.raises(InputError, match="polish is 'half'; give one of none, single, double"):

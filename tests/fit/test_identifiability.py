@@ -51,6 +51,25 @@ def test_fewer_values_than_parameters():
     assert "3 values for 6 parameters" in fit.remarks[0]
 
 
+def test_weights_of_zero_do_not_count_as_values():
+    scan = scan_of((30.0, 45.0, 60.0))
+    weights = np.zeros(len(scan.theta_i))
+    weights[45] = 1.0
+    assert "1 value for 6 parameters" in clbrdf.fit(scan, weights=weights).remarks[0]
+
+
+def test_few_values_on_a_lobe_are_not_called_a_missing_lobe():
+    scan = scan_of((45.0, 60.0), views=4)
+    fit = clbrdf.fit(scan)
+    assert not any("no specular part" in remark for remark in fit.remarks)
+
+
+def test_constant_data_have_no_specular_part():
+    angles = np.arange(0.0, 80.0, 5.0)
+    flat = Scan(np.full(16, 30.0), 0.0, angles, 180.0, [500.0], np.full((16, 1), 0.3))
+    assert "no specular part in the data" in clbrdf.fit(flat).remarks[0]
+
+
 def test_parameter_at_its_bound():
     fit = clbrdf.fit(scan_of((30.0, 45.0, 60.0)), bounds={"d": (0.9, 2.0)})
     assert all("d at its bound 0.9" in remark for remark in fit.remarks)

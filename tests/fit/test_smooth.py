@@ -99,7 +99,26 @@ def test_one_wavelength_has_no_neighbours(scan):
     np.testing.assert_allclose(clbrdf.fit(one, smooth=0.01).objective, clbrdf.fit(one).objective, rtol=1e-9)
 
 
-@pytest.mark.parametrize("change", [0.0, -1.0, 2.0, float("nan")])
+@pytest.mark.parametrize("change", [0.0, -1.0, 1e-5, 2.0, float("nan"), "x"])
 def test_the_share_is_checked(scan, change):
-    with pytest.raises(InputError, match="give a share of the range in 10 nm"):
+    with pytest.raises(InputError, match=r"smooth is .*; give 0\.0001 to 1"):
         clbrdf.fit(scan, smooth=change)
+
+
+def test_what_nothing_determines_stays_and_has_a_wide_error_bar(scan):
+    """One wavelength, or two incident angles: directions that neither data nor neighbours feel."""
+    two = replace(scan.columns([0, 1]), flags=np.zeros((len(scan.theta_i), 2), np.uint32))
+    flags = two.flags.copy()
+    flags[two.theta_i == 60.0] = 1
+    for poor in (replace(two, flags=flags), replace(two, flags=flags).columns([0])):
+        fit = clbrdf.fit(poor, weights="relative", smooth=0.01)
+        assert np.isfinite(fit.vector).all()
+        assert not np.isnan(fit.sigma["ks"]).any()
+        assert set(fit.status.tolist()) <= {"ambiguous", "not converged", "at bound"}
+
+
+def test_constant_data_have_no_lobe_and_can_be_smoothed():
+    angles = np.arange(0.0, 80.0, 5.0)
+    flat = Scan(np.full(16, 30.0), 0.0, angles, 180.0, [500.0, 550.0], np.full((16, 2), 0.3))
+    fit = clbrdf.fit(flat, smooth=0.01)
+    np.testing.assert_allclose(fit.evaluate(), 0.3, rtol=1e-6)
