@@ -37,7 +37,8 @@ TOLERANCE = 1e-9
 10⁵ of them it is a ten-thousandth of a standard deviation's worth."""
 
 LEAST_EIGENVALUE = 1e-12
-"""Of blocks scaled to a unit diagonal: below it rounding hides the direction, its variance is a lower limit."""
+"""Of blocks scaled to a unit diagonal: below it rounding hides the direction; its variance is at least 1 over
+this."""
 
 LEAST_CHANGE = 1e-4
 """Smallest τ: below, parameters are the same at all wavelengths, and the valley too narrow to walk along."""

@@ -1,7 +1,7 @@
 """From a tolerance to the cheapest search that keeps it, as measured on wavelengths of the scan itself.
 
-Some wavelengths, spread over the scan, are fitted with the usual settings of a method and by the dictionary, of
-which the lower stands for the optimum, and with cheaper settings; those whose worst excess of E on them is
+Some wavelengths, spread over the scan, are fitted with the usual settings of a method and by the dictionary,
+of which the lower stands for the optimum, and with cheaper settings; those whose worst excess of E on them is
 within a tenth of the tolerance qualify. The choice rests on excesses alone, which do not change from run to
 run; the times are there to be read.
 """
