@@ -131,8 +131,9 @@ def bench_optimizers(
     stdout_console().print(
         "ERT: evaluations, or seconds, of all runs over the number of successes; ∞ where there is none. A"
         " value with its gradient counts as two. Optimizers run on one core each, several at a time, at most"
-        f" {LONGEST:g} s a run. Methods of clbrdf set their own budget and fit the wavelengths of a problem at"
-        f" once on the whole device, here {fitted}, and a fit costs the same whatever the target; many at once cost less each."
+        f" {LONGEST:g} s a run. Methods of clbrdf set their own budget and fit the wavelengths of a problem"
+        f" at once on the whole device, here {fitted}; a fit costs the same whatever the target, and many"
+        " at once cost less each."
     )
     if png is not None:
         save_figure(optimizers_figure(table, len(get_model().parameters), said), png, overwrite)
