@@ -35,10 +35,10 @@ def test_the_word_is_kept(scan, method, rtol):
     assert clbrdf.fit(scan, method=method).tolerance == ()
 
 
-def test_a_wide_tolerance_takes_less_work(scan):
+def test_a_wide_tolerance_leaves_the_last_digits_out(scan):
     wide, exact = clbrdf.fit(scan, rtol=1.0), clbrdf.fit(scan, rtol=1e-9)
-    assert (wide.evaluations < exact.evaluations).all()
     assert "single precision" in wide.tolerance[0]
+    assert "single precision" not in exact.tolerance[0]
     assert len(wide.tolerance) == 2  # and what the next better one costs
 
 
