@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from clbrdf.bench.fit_race import (
+    DIRECTIONS,
     FOUND,
     PEER_WAVELENGTHS,
     PeerRun,
@@ -47,7 +48,8 @@ def bench_fit(device: Device, plan: Plan | None = None) -> dict[str, Any]:
 
 def lowest_known(runs: Sequence[Run], peers: Sequence[PeerRun], largest: int) -> np.ndarray:
     """Return the lowest E (W,) that anybody reached at the wavelengths of the largest fit."""
-    lowest = np.min([run.objective for run in runs if run.wavelengths == largest], axis=0)
+    same = [run for run in runs if run.wavelengths == largest and run.directions == DIRECTIONS]
+    lowest = np.min([run.objective for run in same], axis=0)
     places = peer_places(largest)
     for peer in peers:
         lowest[places] = np.minimum(lowest[places], peer.objective)
@@ -60,7 +62,8 @@ def _print_ours(incident: int, runs: Sequence[Run], lowest: np.ndarray, largest:
     for method, w, n in groups:
         same = [r for r in runs if (r.method, r.wavelengths, r.directions) == (method, w, n)]
         seconds = float(np.median([run.seconds for run in same]))
-        found = f"{100 * found_share(same[0].objective, lowest):.0f} %" if w == largest else ""
+        whole = w == largest and n == DIRECTIONS
+        found = f"{100 * found_share(same[0].objective, lowest):.0f} %" if whole else ""
         peak = max(run.peak for run in same) / 1e9
         rows.append(
             [method, str(w), str(n), f"{seconds:.3g}", f"{1e3 * seconds / w:.3g}", f"{peak:.2f}", found]
