@@ -39,6 +39,8 @@ PEER_WAVELENGTHS = 16
 VIEWS = {3: (86, 1.0), 6: (43, 2.0)}
 """View zeniths and their spacing by the number of incident angles; with three azimuths, 774 directions."""
 
+DIRECTIONS = 774
+
 AZIMUTHS = (180.0, 90.0, 45.0)
 
 BUDGETS = {
@@ -297,6 +299,3 @@ def seconds_by_size(runs: Sequence[Run], incident: int, method: str = "auto") ->
     usual = [r for r in runs if r.method == method and r.incident == incident and r.directions == DIRECTIONS]
     sizes = sorted({r.wavelengths for r in usual})
     return {w: float(np.median([r.seconds for r in usual if r.wavelengths == w])) for w in sizes}
-
-
-DIRECTIONS = 774

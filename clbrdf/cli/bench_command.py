@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -51,7 +51,7 @@ def command(
         accuracy: error over time for model values, E, fits and integrals;
         grids: model values on grids of directions × wavelengths, scenes in memory and to a file;
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
-        fit: time and memory of whole fits of up to 2048 wavelengths beside peers, ten minutes;
+        fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
         references: the reference optima of that set, searched again
     """
     for output in (json, png):
@@ -60,7 +60,9 @@ def command(
     check_apart([json, png], options.scan if options else [])
     if png is not None and what not in ("accuracy", "optimizers"):
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
-    if what != "optimizers":
+    if what == "fit" and options is not None:
+        check_unused(replace(options, full=False), what)
+    elif what != "optimizers":
         check_unused(options, what)
     chosen = choose_device(device)
     if what == "throughput":
@@ -72,7 +74,7 @@ def command(
     elif what == "grids":
         content = bench_grids(chosen)
     elif what == "fit":
-        content = bench_fit(chosen)
+        content = bench_fit(chosen, full=bool(options and options.full))
     else:
         content = bench_references()
     if json is not None:

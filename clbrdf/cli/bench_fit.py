@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -25,9 +25,14 @@ from clbrdf.cli.console import print_table, progress_bar, stdout_console
 from clbrdf.device import Device
 
 
-def bench_fit(device: Device, plan: Plan | None = None) -> dict[str, Any]:
-    """Time fits and peers; print tables and the ratio, return all numbers."""
-    chosen = plan or Plan()
+def bench_fit(device: Device, full: bool = False) -> dict[str, Any]:
+    """Time fits and peers; print tables and the ratio, return all numbers.
+
+    With `full`, chains too run at every size: some twenty minutes on two cores.
+    """
+    chosen = Plan()
+    if full:
+        chosen = replace(chosen, slow_sizes=chosen.sizes)
     with progress_bar("fits and peers") as report:
         runs, peers = run_race(chosen, device, report)
     print(f"{device}, {device.compute_units} units\n")

@@ -64,7 +64,10 @@ class OptimizerOptions:
         str, Parameter(help="optimizers: numpy, opencl, or separable (ks and kd solved inside)")
     ] = "numpy"
     full: Annotated[
-        bool, Parameter(help="optimizers: 20000 evaluations, all wavelengths; an hour", negative="")
+        bool,
+        Parameter(
+            help="optimizers: 20000 evaluations, all wavelengths; fit: chains at all sizes", negative=""
+        ),
     ] = False
 
 

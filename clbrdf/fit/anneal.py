@@ -13,66 +13,46 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.fit.chains import Chains
-from clbrdf.fit.polish import check_polish
+from clbrdf.fit.chains import Chains, ChainSettings
 from clbrdf.fit.problem import Candidates, Problem
-from clbrdf.precision import get_precision
 from clbrdf.progress import Report
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How long and how carefully to anneal.
+class Settings(ChainSettings):
+    """How long and how carefully to anneal; the rest as of `ChainSettings`.
 
     Attributes
     ----------
     chains : int
         Chains a wavelength; rounded up to whole vectors of lanes.
     levels : int
-        Temperature levels.
-    sweeps : int
-        Steps in each coordinate within a level.
+        Temperature levels, of `sweeps` steps in each coordinate.
     temperature : float
         At the start, in units of ln E.
     cooling : float
         λ of the cooling rule: larger is faster.
     slowest, fastest : float
         Limits of the factor by which a level cools; `slowest` bounds the last temperature from above.
-    starts : int
-        Best chains that go on to the polish.
-    precision : str
-        Arithmetic of the chains (clbrdf.precision).
-    polish : "none", "single" or "double"
-        How far the ends are polished; the usual way is to the last digit in double precision.
     """
 
+    sweeps: int = 20
     chains: int = 64
     levels: int = 30
-    sweeps: int = 20
     temperature: float = 1.0
     cooling: float = 0.7
     slowest: float = 0.85
     fastest: float = 0.5
-    starts: int = 8
-    precision: str = "single"
-    polish: str = "double"
 
     def __post_init__(self) -> None:
-        check_polish(self.polish)
-        for name in ("chains", "levels", "sweeps", "starts"):
-            if not 1 <= getattr(self, name) <= 1_000_000:
-                raise InputError(f"{name} is {getattr(self, name)}; give 1 to 1000000")
-        get_precision(self.precision)
+        self.check("chains", "levels")
         if not 0.0 < self.fastest <= self.slowest < 1.0:
             raise InputError("cooling factors have to satisfy 0 < fastest ≤ slowest < 1")
 
-    def cost(self, directions: int, parameters: int) -> tuple[int, int]:
-        """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
-        return 24 * directions + 256 * self.chains, directions * self.chains * self.sweeps * parameters
-
-    def deeper(self) -> None:
-        """Return None: there is no second look."""
-        return
+    @property
+    def all_chains(self) -> int:
+        """Chains a wavelength."""
+        return self.chains
 
 
 def search(problem: Problem, settings: Settings, seed: int, report: Report) -> Candidates:

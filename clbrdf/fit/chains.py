@@ -2,14 +2,61 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from clbrdf.device import open_queue
+from clbrdf.errors import InputError
+from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.precision import get_precision
 from clbrdf.program import Variant, build, upload, work_group
+
+
+@dataclass(frozen=True)
+class ChainSettings:
+    """What searches by chains have in common.
+
+    Attributes
+    ----------
+    sweeps : int
+        Steps in each coordinate of a launch.
+    starts : int
+        Best chains that go on to the polish.
+    precision : str
+        Arithmetic of the chains (clbrdf.precision).
+    polish : "none", "single" or "double"
+        How far the ends are polished; the usual way is to the last digit in double precision.
+    """
+
+    sweeps: int
+    starts: int = 8
+    precision: str = "single"
+    polish: str = "double"
+
+    @property
+    def all_chains(self) -> int:
+        """Chains a wavelength."""
+        raise NotImplementedError
+
+    def check(self, *counts: str) -> None:
+        """Raise InputError where a named count is out of range, or precision or polish unknown."""
+        check_polish(self.polish)
+        get_precision(self.precision)
+        for name in (*counts, "sweeps", "starts"):
+            if not 1 <= getattr(self, name) <= 1_000_000:
+                raise InputError(f"{name} is {getattr(self, name)}; give 1 to 1000000")
+
+    def cost(self, directions: int, parameters: int) -> tuple[int, int]:
+        """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
+        chains = self.all_chains
+        return 24 * directions + 256 * chains, directions * chains * self.sweeps * parameters
+
+    def deeper(self) -> None:
+        """Return None: there is no second look."""
+        return
 
 
 class Chains:

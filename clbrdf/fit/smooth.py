@@ -33,8 +33,8 @@ MOST_ROUNDS = 8
 
 MOST_ITERATIONS = 200
 TOLERANCE = 1e-9
-"""Stop where a step would lower Φ by less than this, relative: Φ is about the number of values, so that for
-10⁵ of them it is a ten-thousandth of a standard deviation's worth."""
+"""Stop where a step would lower Φ by less than this, relative. Φ is about the number of values and grows by 1
+for one standard deviation: of 10⁵ values this is a hundredth of one."""
 
 LEAST_EIGENVALUE = 1e-12
 """Of blocks scaled to a unit diagonal: below it rounding hides the direction; its variance is at least 1 over
