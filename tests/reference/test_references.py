@@ -223,7 +223,7 @@ def test_hapke_with_little_scattering_is_lommel_and_seeliger():
 
 def test_chandrasekhars_h_at_its_ends():
     assert float(hapke.multiple_scattering(mpf(10) ** -30, mpf("0.9"))) == pytest.approx(1.0, abs=1e-20)
-    # Chandrasekhar, Radiative Transfer, Table XI: 2.9078 without absorption; the approximation is good to 1 %.
+    # Chandrasekhar, Radiative Transfer, Table XI: 2.9078 without absorption; the approximation has 1 %.
     assert float(hapke.multiple_scattering(mpf(1), mpf(1))) == pytest.approx(2.9078, rel=0.01)
 
 

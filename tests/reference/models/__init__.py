@@ -5,8 +5,8 @@ formulas with complex numbers, Smith's Λ. What cancels in them is paid for in d
 that they share nothing with forms made for 16 digits.
 
 Angles are in degrees, φ = φr − φi is 180° in the forward half-plane and 0 in the source's; the BRDF is in
-1/sr without the cosine. `sigma` of oren_nayar is in radians, `theta_bar` of hapke in degrees. The x axis of the
-anisotropic models is azimuth 0 of the sample.
+1/sr without the cosine. `sigma` of oren_nayar is in radians, `theta_bar` of hapke in degrees. The x axis of
+the anisotropic models is azimuth 0 of the sample.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Points of a model's domain from a seed: parameters by the rows of a table, directions where models are hard."""
+"""Points of a domain from a seed: parameters by the rows of a table, directions where models are hard."""
 
 from __future__ import annotations
 
