@@ -48,8 +48,24 @@ def test_eon_passes_the_furnace(theta_i, r):
     )
 
 
-def test_eon_keeps_less_than_it_is_given_where_rho_is_less():
-    assert reflectance("eon", {"rho": 0.5, "r": 1.0}, 60.0, [60.0], [90.0], 12) < 0.5
+def test_eon_reflects_what_facets_pass_on_to_each_other():
+    """Light that one reflection loses meets the surface again, with rho at every meeting."""
+    rho, r, theta_i = 0.5, 1.0, 60.0
+    first = float(eon.directional_albedo(radians(mpf(theta_i)), mpf(r)))
+    mean = float(eon.average_albedo(mpf(r)))
+    later = sum(rho ** (2 + k) * mean * (1 - mean) ** k for k in range(60))
+    total = reflectance("eon", {"rho": rho, "r": r}, theta_i, [theta_i], [90.0], 16)
+    assert total == pytest.approx(rho * first + later * (1 - first), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("sigma2", "theta", "expected"),
+    # By hand: A = 1 − 0.5 · ½ along the normal; A + 0.45 · ½ · sin 45° tan 45° in the hot spot of 45°.
+    [(0.33, 0.0, 0.75), (0.09, 45.0, 1 - 0.045 / 0.42 + 0.225 * 0.5**0.5)],
+)
+def test_oren_and_nayar_by_hand(sigma2, theta, expected):
+    value = REFERENCES["oren_nayar"].value({"rho": 1.0, "sigma": sigma2**0.5}, theta, 0.0, theta, 0.0)
+    assert float(value * pi) == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize("theta", [20.0, 80.0])
