@@ -20,7 +20,7 @@ from mpmath import (
 from mpmath import cos as mcos
 from mpmath import sin as msin
 
-from tests.reference.integrals import nodes, reflectance
+from tests.reference.integrals import WAVELENGTH, nodes, reflectance
 from tests.reference.models import REFERENCES, eon, fresnel, hapke, rayleigh_rice, ross_li
 from tests.reference.models.domain import HARD_DIRECTIONS
 from tests.reference.models.geometry import Geometry
@@ -163,6 +163,22 @@ def test_rayleigh_rice_of_a_perfect_conductor():
     expected = [cos_s, sin_s / g.cos_i, sin_s / g.cos_r, (g.sin_i * g.sin_r - cos_s) / (g.cos_i * g.cos_r)]
     for value, root in zip((ss, ps, sp, pp), expected, strict=True):
         assert fabs(value - root**2) < mpf(10) ** -35
+
+
+def test_total_scatter_of_rayleigh_rice():
+    """R (4πσ/λ)² at normal incidence where all is scattered near the mirror direction, with σ from the PSD."""
+    A, B, C, n, k = 1e-3, 1e4, 4.0, 1.4, 2.3
+    parameters = {"A": A, "B": B, "C": C, "n": n, "k": k}
+    reference = replace(REFERENCES["rayleigh_rice"], digits=30)
+    knee = WAVELENGTH / 1000 / B
+    x, weights = nodes([0.0, *(knee * 10.0**power for power in (-1, 0, 1, 2, 3, 4))], 20)
+    angles = np.rad2deg(np.arcsin(x))
+    values = [float(reference.value(parameters, 0.0, 0.0, theta, 180.0, WAVELENGTH)) for theta in angles]
+    sigma2 = 2 * np.pi * A / ((C - 2) * B**2)
+    R = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+    # Beyond x = 0.6 and off the mirror direction 1e-8 is left of a PSD that falls like f^-4.
+    expected = R * (4 * np.pi / (WAVELENGTH / 1000)) ** 2 * sigma2
+    assert 2 * np.pi * np.dot(values, weights * x) == pytest.approx(expected, rel=1e-6)
 
 
 def test_rayleigh_rice_scales_with_the_wavelength():
