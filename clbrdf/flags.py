@@ -25,10 +25,10 @@ Of normal noise about zero 3 values in 10 million lie beyond, too few to bias wh
 
 
 def flag_unusable(brdf: Array, flags: Bits, sigma: Array | None = None) -> Bits:
-    """Return the flags with the bits for NaN, infinite, zero and negative values set anew.
+    """Return the flags with the bits for NaN, infinite, zero and negative values set.
 
     Zero and negative values are data, and not flagged, where a standard uncertainty allows them: where
-    f ≥ −5σ and σ > 0. A NaN that is flagged as not measured is no surprise and gets no second reason.
+    f ≥ −5σ and σ > 0; older programs flagged them all, so that these two bits are set anew. A NaN that is flagged as not measured is no surprise and gets no second reason.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def flag_unusable(brdf: Array, flags: Bits, sigma: Array | None = None) -> Bits:
     sigma : (N, W) float64 or None
         1/sr, NaN where unknown.
     """
-    out = flags & ~(_bit("zero") | _bit("negative"))
+    out = flags.copy()
     finite = np.isfinite(brdf)
     if not finite.all():
         missing = (out & _bit("not_measured")) != 0
@@ -46,6 +46,7 @@ def flag_unusable(brdf: Array, flags: Bits, sigma: Array | None = None) -> Bits:
         out[np.isinf(brdf)] |= _bit("infinite")
     low = finite & (brdf <= 0.0)
     if low.any():
+        out[low] &= ~(_bit("zero") | _bit("negative"))
         if sigma is not None:
             # A comparison with NaN is false: an unknown uncertainty allows nothing.
             low &= ~((sigma > 0.0) & (brdf >= -ALLOWED_SIGMAS * sigma))

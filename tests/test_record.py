@@ -285,6 +285,10 @@ class TestDamagedFile:
             Scan.open(path)
 
     def test_a_file_of_version_1_opens(self, path):
+        scan = two_sides()
+        values = scan.brdf.copy()
+        values[0, 0] = -0.1
+        replace(scan, brdf=values, sigma=np.full((4, 2), 0.1)).save(path, overwrite=True)
         with h5py.File(path, "a") as file:
             file.attrs["clbrdf_format"] = 1
             # Version 1 flagged every negative value.
