@@ -28,7 +28,8 @@ def flag_unusable(brdf: Array, flags: Bits, sigma: Array | None = None) -> Bits:
     """Return the flags with the bits for NaN, infinite, zero and negative values set.
 
     Zero and negative values are data, and not flagged, where a standard uncertainty allows them: where
-    f ≥ −5σ and σ > 0; older programs flagged them all, so that these two bits are set anew. A NaN that is flagged as not measured is no surprise and gets no second reason.
+    f ≥ −5σ and σ > 0; older programs flagged them all, so that their two bits are set anew. A NaN that is
+    flagged as not measured is no surprise and gets no second reason.
 
     Parameters
     ----------
