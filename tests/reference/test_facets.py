@@ -72,6 +72,16 @@ def test_visible_facets_fill_the_view(name, alpha, direction):
         assert float(total / (1 + smith(view, *alpha))) == pytest.approx(float(mcos(theta_o)), rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["ggx", "beckmann"])
+def test_nothing_is_clamped(name):
+    """Renderers hold α above 1e-4 and cut small values off; a reference must do neither."""
+    parameters = {"alpha": 1e-6, "F0": 1.0, "F90": 1.0}
+    peak = REFERENCES[name].value(parameters, 60.0, 0.0, 60.0, 180.0)
+    # D = 1/(πα²) and no shadowing to speak of: 1/(4πα² cos²θ).
+    assert float(peak) == pytest.approx(1 / (np.pi * 1e-12), rel=1e-10)
+    assert REFERENCES[name].value(parameters, 60.0, 0.0, 60.0, 0.0) > 0
+
+
 @pytest.mark.parametrize("kind", ["ggx", "ward"])
 def test_equal_roughnesses_are_the_isotropic_model(kind):
     rest = {"F0": 0.2, "F90": 0.9} if kind == "ggx" else {"rho_s": 0.4}

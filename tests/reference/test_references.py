@@ -166,7 +166,7 @@ def test_rayleigh_rice_of_a_perfect_conductor():
 
 
 def test_total_scatter_of_rayleigh_rice():
-    """R (4πσ/λ)² at normal incidence where all is scattered near the mirror direction, with σ from the PSD."""
+    """R (4πσ/λ)² at normal incidence, where all is scattered near the mirror direction; σ from the PSD."""
     A, B, C, n, k = 1e-3, 1e4, 4.0, 1.4, 2.3
     parameters = {"A": A, "B": B, "C": C, "n": n, "k": k}
     reference = replace(REFERENCES["rayleigh_rice"], digits=30)
