@@ -57,9 +57,9 @@ def shadowing(alpha, directions):
     ("directions", "tolerance"),
     [
         # The exponent, up to 1e3 for the smallest α, carries the rounding of SCATMECH's half vector.
-        pytest.param(ordinary_directions(60, 1), 2e-12, id="ordinary"),
+        pytest.param(ordinary_directions(60, 1), 1e-12, id="ordinary"),
         # At 89.9° rounding the angle to radians weighs 1/cos², 3e5 times as much.
-        pytest.param(hard_directions(without=BASELESS), 5e-11, id="hard"),
+        pytest.param(hard_directions(without=BASELESS), 2e-11, id="hard"),
     ],
 )
 def test_facets(subject, has_model, directions, tolerance):
