@@ -52,7 +52,7 @@ def eradiate(plugin, p, directions):
 @pytest.mark.parametrize(
     ("directions", "tolerance"),
     [
-        # The phase angle by acos is good to 1e-16 over its sine, 3e-15 at 2°; what follows adds some of its own.
+        # The phase angle by acos is good to 1e-16 over its sine, 3e-15 at 2°; what follows adds some.
         pytest.param(ordinary_directions(60, 5), 5e-14, id="ordinary"),
         # At 89.9° the tangents of the models weigh the rounding of cosθ, 1e-13, up to 1/cosθ, 573 times.
         pytest.param(hard_directions(hot_spot=False), 2e-10, id="hard"),
