@@ -237,6 +237,14 @@ def test_rpv_with_negative_theta_scatters_backward():
     assert forward < back
 
 
+def test_rpvs_hot_spot_fades_with_the_distance():
+    # tan 45° + tan 45° = 2 in the forward direction.
+    value = REFERENCES["rpv"].value(
+        {"rho0": 0.3, "k": 1.0, "Theta": 0.0, "rho_c": 0.4}, 45.0, 0.0, 45.0, 180.0
+    )
+    assert float(value * pi / 0.3) == pytest.approx(1 + 0.6 / 3, rel=1e-15)
+
+
 SMOOTH = {"b": 0.0, "c": 0.5, "theta_bar": 0.0, "h": 0.1, "B0": 0.0}
 
 
@@ -265,6 +273,25 @@ def test_hapkes_phase_function_has_mean_one():
     assert hapke.phase_function(mpf(1), mpf("0.4"), mpf(1)) > hapke.phase_function(
         mpf(-1), mpf("0.4"), mpf(1)
     )
+
+
+def test_hapkes_roughness_by_hand():
+    """All angles 45°, azimuth 90°: every tangent is 1, cosψ is 0 and sin²(ψ/2) is ½."""
+    e1, e2, chi, cosine = np.exp(-2 / np.pi), np.exp(-1 / np.pi), (1 + np.pi) ** -0.5, 0.5**0.5
+    eta = chi * cosine * (1 + e2 / (2 - e1))
+    effective = chi * cosine * (1 + e2 / 2 / (2 - 1.5 * e1))
+    f = np.exp(-2.0)
+    S = effective / eta * cosine / eta * chi / (1 - f + f * chi * cosine / eta)
+    mu_0, mu, shadowing = hapke.Roughness(pi / 4).apply(pi / 4, pi / 4, pi / 2)
+    assert [float(mu_0), float(mu), float(shadowing)] == pytest.approx([effective, effective, S], rel=1e-14)
+
+
+def test_hapkes_opposition_effect_halves_where_the_tangent_is_h():
+    rest = {"w": 1e-12, "b": 0.0, "c": 0.5, "theta_bar": 0.0, "h": np.tan(np.deg2rad(10.0))}
+    with_it, without = (
+        REFERENCES["hapke"].value({**rest, "B0": B0}, 30.0, 0.0, 10.0, 0.0) for B0 in (0.6, 0.0)
+    )
+    assert float(with_it / without) == pytest.approx(1.3, rel=1e-11)
 
 
 def test_hapkes_roughness_is_continuous_where_the_zenith_angles_meet():
