@@ -120,6 +120,7 @@ def test_no_p_light_at_brewsters_angle():
     s, p = fresnel.polarised(mcos(atan(n)), n, mpf(0))
     assert p < mpf(10) ** -100
     assert fabs(s - ((n**2 - 1) / (n**2 + 1)) ** 2) < mpf(10) ** -55
+    assert fabs(fresnel.unpolarised(mcos(atan(n)), n, mpf(0)) - s / 2) < mpf(10) ** -55
 
 
 def test_everything_is_reflected_at_grazing_incidence():
@@ -138,6 +139,7 @@ def test_a_dielectric_against_the_real_formulas_of_sines_and_tangents():
 def test_schlick_meets_f0_and_f90():
     assert fresnel.schlick(mpf(1), mpf("0.1"), mpf("0.8")) == mpf("0.1")
     assert fabs(fresnel.schlick(mpf(0), mpf("0.1"), mpf("0.8")) - mpf("0.8")) < mpf(10) ** -55
+    assert fabs(fresnel.schlick(mpf("0.5"), mpf(0), mpf(1)) - mpf(1) / 32) < mpf(10) ** -55
 
 
 @pytest.mark.parametrize("kind", ["ggx", "beckmann"])

@@ -61,15 +61,6 @@ class Geometry:
         return total[0] / length, total[1] / length, total[2] / length
 
     @cached_property
-    def cos_h(self) -> mpf:
-        """Cosine between half vector and normal."""
-        return self.half[2]
-
-    @cached_property
-    def tan2_h(self) -> mpf:
-        return (self.half[0] ** 2 + self.half[1] ** 2) / self.half[2] ** 2
-
-    @cached_property
     def cos_d(self) -> mpf:
         """Cosine of incidence on a facet whose normal is the half vector; rounding can pass 1."""
         return min(dot(self.incident, self.half), mpf(1))
