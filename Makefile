@@ -7,7 +7,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench soak lint tree format scans clean
+.PHONY: demo test bench soak lint tree format kernels scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -37,6 +37,10 @@ lint: .venv/installed-dev tree
 format: .venv/installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# The kernels that follow from the models' pages; wang2013's is written by hand.
+kernels: .venv/installed
+	$(BIN)/python -m clbrdf.models kernels/models
 
 scans: .venv/installed
 	for scene in scans/*.toml; do $(BIN)/clbrdf simulate $$scene -o $${scene%.toml}.h5 --overwrite || exit; done
