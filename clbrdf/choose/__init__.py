@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.choose.angles import incident_groups
-from clbrdf.choose.candidates import DEFAULT_CANDIDATES, Skipped, resolve, sift
+from clbrdf.choose.candidates import DEFAULT_CANDIDATES, Skipped, fixed_of, resolve, sift
 from clbrdf.choose.rank import Work, rank_one
 from clbrdf.choose.residuals import worst_places
 from clbrdf.choose.result import Choice, Ranked
@@ -112,7 +112,7 @@ def choose(
     report(len(candidates), len(candidates) + 1)
     compared = one_standard_error(np.stack([row.score for row in rows]), [row.free for row in rows])
     chosen = candidates[compared.chosen]
-    own = {name: given[name] for name in chosen.fix}
+    own = fixed_of(chosen.model, given)
     final = fit(scan, model=chosen.model, weights=named, fix=own, method=method, seed=seed, device=where)
     report(len(candidates) + 1, len(candidates) + 1)
     values = final.evaluate()[:, places]

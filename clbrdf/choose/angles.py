@@ -39,7 +39,8 @@ def incident_groups(scan: Scan) -> AngleGroups:
     group = number[place.ravel()]
     mean = np.bincount(group, weights=scan.theta_i) / np.bincount(group)
     # The mean of equal angles is that angle, to the last bit.
-    low, high = angles[np.searchsorted(number, np.arange(len(mean)))], np.maximum.reduceat(
-        angles, np.searchsorted(number, np.arange(len(mean)))
+    low, high = (
+        angles[np.searchsorted(number, np.arange(len(mean)))],
+        np.maximum.reduceat(angles, np.searchsorted(number, np.arange(len(mean)))),
     )
     return AngleGroups(np.where(low == high, low, mean), group)

@@ -100,9 +100,14 @@ def resolve(
         model = get_model(entry, force=force)
         found.setdefault(model.name, model)
     for name in fix:
-        if not any(name in model.names for model in found.values()):
+        if not any(fixed_of(model, {name: 0.0}) for model in found.values()):
             raise InputError(f"none of the models has a parameter {name!r} to fix: {', '.join(found)}")
     return list(found.values())
+
+
+def fixed_of(model: Model, fix: Mapping[str, npt.ArrayLike]) -> dict[str, npt.ArrayLike]:
+    """Return what is fixed of a model, by its full names: "n" stands for "ggx_conductor.n", too."""
+    return {own: fix[name] for own in model.names for name in (own, own.split(".")[-1]) if name in fix}
 
 
 def sift(
@@ -137,7 +142,7 @@ def sift(
         )
     taken, skipped = [], []
     for model in models:
-        own = {name: value for name, value in fix.items() if name in model.names}
+        own = fixed_of(model, fix)
         try:
             given = given_parameters(scan, model, own)
         except InputError as error:
@@ -155,9 +160,7 @@ def sift(
     return taken, skipped
 
 
-def _too_few(
-    model: Model, free: int, scan: Scan, used: npt.NDArray[np.bool_], groups: AngleGroups
-) -> str:
+def _too_few(model: Model, free: int, scan: Scan, used: npt.NDArray[np.bool_], groups: AngleGroups) -> str:
     """Say why a scan cannot decide on a model, "" where it can."""
     if model.flags & NEEDS_PHI and len(scan.rotations()) == 0:
         return "it depends on the sample's own azimuth, and the sample was not turned"

@@ -38,8 +38,8 @@ class Misfit:
     theta_i : float
         Degrees.
     region : str
-    deviation : float
-        Weighted mean of (model − measured), relative to the measured values there.
+    deviation, spread : float
+        Weighted mean of (model − measured), relative to the measured values there, and the root mean square.
     share : float
         Of Σ g r² over all directions and wavelengths.
     """
@@ -47,19 +47,21 @@ class Misfit:
     theta_i: float
     region: str
     deviation: float
+    spread: float
     share: float
 
     def words(self) -> str:
         """Return one line: which angle, which sign, what size."""
         side = "above" if self.deviation > 0.0 else "below"
         return (
-            f"θi = {self.theta_i:.3g}°, {self.region}: the model lies {100 * abs(self.deviation):.2g} %"
-            f" {side} the measured values on average ({100 * self.share:.0f} % of Σ g r²)"
+            f"θi = {self.theta_i:.3g}°, {self.region}: deviations of {100 * self.spread:.2g} %, on average"
+            f" {100 * abs(self.deviation):.2g} % {side} the measured values"
+            f" ({100 * self.share:.0f} % of Σ g r²)"
         )
 
 
 def lag_one_correlation(scan: Scan, scaled: Array) -> float:
-    """Return the correlation of neighbouring residuals along θr; NaN where no line of view angles is measured.
+    """Return the correlation of neighbouring residuals along θr; NaN where no line of them is measured.
 
     Parameters
     ----------
@@ -104,19 +106,24 @@ def mean_residuals(scan: Scan, weights: Array, model_values: Array, groups: Angl
     With relative weights it is the mean relative deviation. Positive: the model lies above the data. Every
     wavelength counts the same; NaN where nothing was measured.
     """
-    out = np.full(len(groups.theta_i), np.nan)
-    for k in range(len(out)):
-        out[k] = _deviation(scan, weights, model_values, groups.group == k)
-    return out
+    out = [_deviation(scan, weights, model_values, groups.group == k)[0] for k in range(len(groups.theta_i))]
+    return np.array(out)
 
 
-def _deviation(scan: Scan, weights: Array, model_values: Array, rows: npt.NDArray[np.bool_]) -> float:
+def _deviation(
+    scan: Scan, weights: Array, model_values: Array, rows: npt.NDArray[np.bool_]
+) -> tuple[float, float]:
+    """Return the relative mean and root mean square of (model − measured) in some directions."""
     g = weights[rows]
     f = np.where(g > 0.0, scan.brdf[rows], 0.0)
     r = np.where(g > 0.0, model_values[rows] - f, 0.0)
     norm = (g * f * f).sum(axis=0)
     good = norm > 0.0
-    return float(((g * f * r).sum(axis=0)[good] / norm[good]).mean()) if good.any() else float("nan")
+    if not good.any():
+        return float("nan"), float("nan")
+    mean = (g * f * r).sum(axis=0)[good] / norm[good]
+    square = (g * r * r).sum(axis=0)[good] / norm[good]
+    return float(mean.mean()), float(np.sqrt(square.mean()))
 
 
 def worst_places(
@@ -134,8 +141,8 @@ def worst_places(
             rows = (groups.group == k) & (regions == name)
             share = float(shares[rows].sum())
             if share > 0.0:
-                deviation = _deviation(scan, weights, model_values, rows)
-                found.append(Misfit(float(angle), name, deviation, share))
+                mean, spread = _deviation(scan, weights, model_values, rows)
+                found.append(Misfit(float(angle), name, mean, spread, share))
     return tuple(sorted(found, key=lambda place: -place.share)[:most])
 
 
@@ -144,9 +151,10 @@ def view_regions(scan: Scan) -> npt.NDArray[np.str_]:
     t = trigonometry(scan.directions)
     from_mirror = np.rad2deg(2.0 * np.arcsin(np.sqrt(np.clip(sin2_gamma(t), 0.0, 1.0))))
     forward = (np.cos(np.deg2rad(scan.phi)) < 0.0) & (scan.theta_r > 0.0)
-    steeper = np.where(scan.theta_r > scan.theta_i, "forward, nearer to grazing", "forward, nearer to the normal")
+    beyond = scan.theta_r > scan.theta_i
+    ahead = np.where(beyond, "forward, nearer to grazing", "forward, nearer to the normal")
     return np.where(
         from_mirror <= NEAR_MIRROR,
         f"within {NEAR_MIRROR:g}° of the mirror direction",
-        np.where(forward, steeper, "on the source's side or beside it"),
+        np.where(forward, ahead, "on the source's side or beside it"),
     )

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from clbrdf import hdf5
 from clbrdf.choose import storage
 from clbrdf.choose.candidates import Skipped
+from clbrdf.choose.rule import one_standard_error
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import read_only
@@ -32,12 +33,13 @@ class Ranked:
     free : int
         Parameters fitted at each wavelength.
     score : (I, W) float64
-        At each incident angle, when it was left out: mean of N s² (f_predicted − f)², the square of a relative
-        deviation (`clbrdf.choose.leave_out`).
+        At each incident angle, when it was left out: mean of N s² (f_predicted − f)², the square of a
+        relative deviation (`clbrdf.choose.leave_out`).
     predicted : float
         √ of its mean: relative deviation of what was predicted.
     above, standard_error : float
-        Mean of the scores less that of the best model, and the standard error of this paired difference.
+        Mean of the scores less that of the best model, and the standard error of this paired difference over
+        incident angles.
     within : bool
         Whether the difference is at most its standard error.
     relative_rms : float
@@ -132,6 +134,13 @@ class Choice:
         return not self.verdict
 
     @property
+    def steady(self) -> tuple[str, ...]:
+        """What the rule would choose, from the same fits, without the evidence of each incident angle."""
+        scores, free = np.stack([row.score for row in self.ranking]), [row.free for row in self.ranking]
+        without = (np.delete(scores, k, axis=1) for k in range(scores.shape[1]))
+        return tuple(self.ranking[one_standard_error(some, free).chosen].model for some in without)
+
+    @property
     def best(self) -> Ranked:
         """The model of the lowest score."""
         return self.ranking[0]
@@ -188,7 +197,7 @@ class Choice:
         with hdf5.open_file(path) as file:
             entry = hdf5.find_entry(file, path)
             if storage.GROUP not in entry:
-                raise InputError(f"{path}: holds a fit and no ranking of models; make one with 'clbrdf choose'")
+                raise InputError(f"{path}: holds a fit and no ranking of models; 'clbrdf choose' makes one")
             return storage.read(cls, Ranked, fit, entry[storage.GROUP])
 
     @classmethod

@@ -44,7 +44,9 @@ def write(choice: Choice, group: h5py.Group) -> None:
     group["skipped"] = [row.model for row in choice.skipped]
     group["skipped_because"] = [row.reason for row in choice.skipped]
     hdf5.field(group, "theta_i", choice.theta_i, "deg", "incident zeniths left out in turn")
-    hdf5.field(group, "places", choice.places.astype(np.int64), "", "wavelengths of the ranking, their places")
+    hdf5.field(
+        group, "places", choice.places.astype(np.int64), "", "wavelengths of the ranking, their places"
+    )
     hdf5.field(group, "free", np.array([row.free for row in choice.ranking], dtype=np.int64), "")
     hdf5.field(group, "within", np.array([row.within for row in choice.ranking], dtype=np.uint8), "")
     for name, meaning in NUMBERS.items():
@@ -84,9 +86,7 @@ def read(choice: Callable[..., Choice], ranked: Callable[..., Any], fit: Fit, gr
         fit=fit,
         theta_i=group["theta_i"][()],
         places=group["places"][()].astype(np.intp),
-        skipped=tuple(
-            Skipped(*pair) for pair in zip(_texts(group, "skipped"), reasons, strict=True)
-        ),
+        skipped=tuple(Skipped(*pair) for pair in zip(_texts(group, "skipped"), reasons, strict=True)),
         misfit=_texts(group, "misfit"),
         **{name: hdf5.read_text(group, name) for name in ("chosen", "verdict", "weights")},
     )

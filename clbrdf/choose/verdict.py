@@ -15,7 +15,7 @@ SIGMAS = 5.0
 
 
 def verdict(figures: Sequence[Criteria]) -> str:
-    """Return "" where the best of the models fits, or where uncertainties are not known; else why none does."""
+    """Return "" where the best model fits, or uncertainties are not known; else why no model does."""
     known = [figure for figure in figures if not math.isnan(figure.chi2_reduced)]
     if not known:
         return ""

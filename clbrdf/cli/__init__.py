@@ -16,6 +16,8 @@ COMMANDS = {
     "import": "bring a measured file into a scan",
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
+    "choose": "compare models and say which describes a scan",
+    "models": "list the models, or show the page of one",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
     "evaluate": "print model values as a table",
