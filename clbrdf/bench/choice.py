@@ -13,7 +13,6 @@ wavelengths, as an error of the geometry is, and no model has it.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -53,7 +52,7 @@ RULES: dict[str, Callable[[Choice], str]] = {
 }
 
 LEAD = "left-out angles, one standard error"
-"""The rule that `choose` follows."""
+"""Of RULES the one that `choose` follows."""
 
 
 @dataclass(frozen=True)
@@ -124,14 +123,14 @@ def _legendre(order: int, x: Array) -> Array:
 
 def run(
     device: Device,
-    seeds: int = SEEDS,
+    seeds: Sequence[int] = range(SEEDS),
     systematic: Sequence[float] = SYSTEMATIC,
     report: Report = silent,
 ) -> list[Outcome]:
-    """Choose on made scans, so many at each size of the systematic error."""
-    out, total = [], seeds * len(systematic)
+    """Choose on made scans, one for each seed and size of the systematic error."""
+    out, total = [], len(seeds) * len(systematic)
     for size in systematic:
-        for seed in range(seeds):
+        for seed in seeds:
             report(len(out), total)
             choice = choose(made_scan(seed, size), CANDIDATES, weights="sigma", device=device)
             picked = {name: rule(choice) for name, rule in RULES.items()}
@@ -149,8 +148,3 @@ def truths(outcomes: Sequence[Outcome], systematic: float, rule: str) -> int:
 def refusals(outcomes: Sequence[Outcome], systematic: float) -> int:
     """Count how often `choose` said that no model fits."""
     return sum(o.no_model_fits for o in outcomes if o.systematic == systematic)
-
-
-def picks(outcomes: Sequence[Outcome], systematic: float, rule: str) -> Counter[str]:
-    """Count what a rule picked."""
-    return Counter(o.picked[rule] for o in outcomes if o.systematic == systematic)

@@ -4,10 +4,10 @@ Source: Hastie, Tibshirani and Friedman, The Elements of Statistical Learning (2
 as in Nadeau and Bengio, Machine Learning 52 (2003), doi:10.1023/A:1024068626366: models are compared on the
 same values, so that what is hard for all of them cancels.
 
-The standard error is taken over the I incident angles, each the mean of its wavelengths: what is wrong with a
-model or with an instrument at one incident angle is wrong at all wavelengths alike, so that wavelengths are no
-independent witnesses. The fits share most of their data, so that their scores vary less than independent ones:
-with n angles left out of n₀ that stay, variance/I becomes variance (1/I + n/n₀) (Nadeau and Bengio).
+The standard error is taken over the I incident angles, each the mean of its wavelengths: what is wrong with
+a model or with an instrument at one incident angle is wrong at all wavelengths alike, so that wavelengths are
+no independent witnesses. The fits share most of their data, so that their scores vary less than independent
+ones: with one angle left out and I − 1 kept, variance/I becomes variance (1/I + 1/(I−1)).
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
+from clbrdf.cli.bench_choice import bench_choice
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
 from clbrdf.cli.bench_models import bench_models_fit, bench_models_throughput, listed_models
@@ -34,7 +35,7 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references"],
+    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice"],
     /,
     *,
     model: Annotated[
@@ -57,7 +58,8 @@ def command(
         grids: model values on grids of directions × wavelengths, scenes in memory and to a file;
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
-        references: the reference optima of that set, searched again
+        references: the reference optima of that set, searched again;
+        choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds
     """
     for output in (json, png):
         if output is not None:
@@ -67,6 +69,8 @@ def command(
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
     if what == "fit" and options is not None:
         check_unused(replace(options, full=False), what)
+    elif what == "choice" and options is not None:
+        check_unused(replace(options, seeds=None), what)
     elif what != "optimizers":
         check_unused(options, what)
     if model is not None and what not in ("throughput", "fit"):
@@ -85,6 +89,8 @@ def command(
         content = bench_grids(chosen)
     elif what == "fit":
         content = bench_fit(chosen, full=bool(options and options.full))
+    elif what == "choice":
+        content = bench_choice(chosen, options.seeds if options else None)
     else:
         content = bench_references()
     if json is not None:

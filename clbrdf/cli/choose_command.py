@@ -13,7 +13,7 @@ from clbrdf.cli.choice_table import choice_content, print_choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed
 from clbrdf.cli.provenance import made_by
-from clbrdf.device import choose_device
+from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS
@@ -94,14 +94,19 @@ def command(
     if json is not None:
         whole_text(json, choice_content(choice), overwrite)
     if report is not None:
-        _write_report(choice, report, overwrite)
+        _write_report(choice, report, overwrite, chosen_device)
 
 
-def _write_report(choice: Choice, folder: Path, overwrite: bool) -> None:
-    from clbrdf.viz.choice_report import write_choice_report
+def _write_report(choice: Choice, folder: Path, overwrite: bool, device: Device) -> None:
+    from clbrdf.viz.report import write_report
 
-    for file in write_choice_report(choice, folder, overwrite):
-        stderr_console().print(f"wrote {file}", soft_wrap=True)
+    with progress_bar("drawing the report") as progress:
+        files, missing = write_report(choice.fit, folder, overwrite, device, progress, choice)
+    told = stderr_console()
+    for file in files:
+        told.print(f"wrote {file}", soft_wrap=True)
+    if missing:
+        told.print(f"without lobes: {missing}", soft_wrap=True)
 
 
 def _count(text: str) -> int | None:
