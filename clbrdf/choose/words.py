@@ -72,8 +72,8 @@ def choice_words(choice: Choice) -> list[str]:
     lines = [
         f"Ranked at {where}, weights {choice.weights}, each of {len(choice.theta_i)} incident angles left out"
         " in turn: 'left out' is the deviation of what was predicted, 'whole' that of the fit to all (median"
-        " σr). '± best': how many paired standard errors (se) worse than the best; far: its mean square is more"
-        f" than {FAR_WORSE:g} times as large."
+        " σr). '± best': by how many paired standard errors (se) it is worse than the best; far: its mean"
+        f" square is more than {FAR_WORSE:g} times as large."
     ]
     if chosen is best:
         lines.append(

@@ -44,8 +44,8 @@ def print_outcomes(outcomes: list[Outcome], count: int) -> None:
     rows = [[rule, *(str(truths(outcomes, size, rule)) for size in SYSTEMATIC)] for rule in RULES]
     rows.append(["choose says that no model fits", *(str(refusals(outcomes, s)) for s in SYSTEMATIC)])
     heads = ("", *(f"{100 * size:g} %" for size in SYSTEMATIC))
-    print_table(f"Times of {count} that {TRUTH} was chosen, by systematic error", heads, rows)
+    print_table(f"Truth chosen, times of {count}", heads, rows)
     stdout_console().print(
-        f"Candidates {', '.join(CANDIDATES)}; noise {100 * NOISE:g} %, of which the scans know; the"
-        " systematic error is a smooth factor over θi and θr that no model has."
+        f"Truth {TRUTH}, candidates {', '.join(CANDIDATES)}; noise {100 * NOISE:g} %, of which the scans know. Columns:"
+        " systematic error, a smooth factor over θi and θr that no model has and no scan knows of."
     )

@@ -12,7 +12,7 @@ import clbrdf
 from clbrdf import Choice, Fit, InputError, choose
 from clbrdf.choose import DEFAULT_CANDIDATES, usual_weights
 from clbrdf.choose.candidates import default_candidates
-from tests.choose.conftest import MODELS, made
+from tests.choose.made import MODELS, made
 
 
 def test_the_truth_is_chosen(choice):
@@ -183,7 +183,7 @@ def test_mistakes_are_told_in_one_line(made_scan, models, given, message):
 
 def test_two_incident_angles_are_too_few(made_scan):
     two = made_scan.rows(made_scan.theta_i < 50.0)
-    with pytest.raises(InputError, match="2 incident angles with usable values: .* needs 3 or more"):
+    with pytest.raises(InputError, match=r"2 incident angles with usable values: .* needs 3 or more"):
         choose(two, ["lambert"])
     # A third one that is masked does not help.
     masked = replace(
