@@ -46,6 +46,6 @@ def print_outcomes(outcomes: list[Outcome], count: int) -> None:
     heads = ("", *(f"{100 * size:g} %" for size in SYSTEMATIC))
     print_table(f"Truth chosen, times of {count}", heads, rows)
     stdout_console().print(
-        f"Truth {TRUTH}, candidates {', '.join(CANDIDATES)}; noise {100 * NOISE:g} %, of which the scans know. Columns:"
-        " systematic error, a smooth factor over θi and θr that no model has and no scan knows of."
+        f"Truth {TRUTH}, candidates {', '.join(CANDIDATES)}; noise {100 * NOISE:g} %, of which scans know."
+        " Columns: systematic error, a smooth factor over θi and θr that no model has and no scan knows of."
     )
