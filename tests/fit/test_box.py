@@ -67,8 +67,8 @@ def test_the_look_up_solves_linear_parameters_as_scipy_does(name, device):
         p[list(model.linear)] = 1.0
         basis = model.jacobian(p[None], problem.features)[:, list(model.linear)] * problem.scale[0][:, None]
         found = lsq_linear(basis, problem.target[0], bounds=tuple(limits), method="bvls", tol=1e-14)
-        # In single precision terms that lean on each other to within 1e-5 are not solved apart: what is found may lie
-        # above the minimum by that, which a look-up that ranks shapes can bear, but never below it.
+        # In single precision terms that lean on each other to within 1e-5 are not solved apart: what is
+        # found may lie above the minimum, which a look-up that ranks shapes can bear, but never below.
         assert -1e-3 <= energy[0, k] - np.log2(2.0 * found.cost) <= 0.4
     assert solved.shape == (1, len(shapes), len(model.linear))
 
