@@ -111,7 +111,9 @@ def measure_costs(device: Device, model: Model, precisions: list[Precision]) -> 
     """Measure nanoseconds a value, geometry included, interleaved; keep and return them by precision."""
     rng = np.random.default_rng(1)
     n = MEASURED_DIRECTIONS
-    directions = Directions(rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 360.0, n))
+    directions = Directions.relative(
+        rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 360.0, n)
+    )
     parameters = model.vector({})[None, :]
     times: dict[str, list[float]] = {p.name: [] for p in precisions}
     for round_ in range(REPEATS + 1):

@@ -99,7 +99,7 @@ def test_sums_over_ten_million_points(device):
     n = 10_000_000
     model = get_model()
     diffuse = model.to_coordinates(np.array([0.0, 0.5, -1.0, 1.0, 0.0, 1.0]))
-    features = np.tile(model.features(clbrdf.Directions(30.0, 20.0, 180.0)), (n, 1))
+    features = np.tile(model.features(clbrdf.Directions.relative(30.0, 20.0, 180.0)), (n, 1))
     measured = 1.0 / np.pi / 1.02
     scale = np.full((1, n), 1.0 / (measured * np.sqrt(n)))
     problem = Problem(

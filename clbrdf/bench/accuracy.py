@@ -77,17 +77,19 @@ def value_panel(device: Device) -> Panel:
     """Measure (a): error of model values against 60 digits, over the time for one of many values."""
     model, points = get_model(), []
     easy_angles = np.arange(0.0, 81.0, 2.0)
-    easy = Directions(np.repeat([30.0, 45.0, 60.0], 41), np.tile(easy_angles, 3), np.full(1, 180.0))
+    easy = Directions.relative(np.repeat([30.0, 45.0, 60.0], 41), np.tile(easy_angles, 3), np.full(1, 180.0))
     families = {
         "easy": [(model.vector(TIN_FOIL)[None], easy)],
         "hard": [
-            (np.stack([model.vector(p) for p in case.parameter_sets()]), Directions(*case.angles()))
+            (np.stack([model.vector(p) for p in case.parameter_sets()]), Directions.relative(*case.angles()))
             for case in HARD_CASES
         ],
     }
     exact = {name: [evaluate_reference(model, *work) for work in works] for name, works in families.items()}
     rng = np.random.default_rng(3)
-    many = Directions(rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14))
+    many = Directions.relative(
+        rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14)
+    )
     sets = np.repeat(model.vector({})[None], 64, axis=0)
     for p in able(device):
         seconds = median_seconds(partial(evaluate_directions, model, sets, many, p, device), 5)
@@ -196,7 +198,7 @@ def integral_panel(device: Device) -> Panel:
     model, double, points = get_model(), get_precision("double"), []
 
     def integrate(grid: Grid, parameters: Array) -> float:
-        directions = Directions(np.full(1, 60.0), grid.theta_r, grid.phi)
+        directions = Directions.relative(np.full(1, 60.0), grid.theta_r, grid.phi)
         return float(grid.weight @ evaluate_directions(model, parameters, directions, double, device)[:, 0])
 
     def make_and_integrate(maker: Callable[[int], Grid], n: int, parameters: Array) -> float:

@@ -30,7 +30,7 @@ SETS = 8192
 def workload_directions() -> Directions:
     """Return the 774 directions of the workload."""
     theta_r = np.tile(np.arange(float(VIEW_COUNT)), len(INCIDENT))
-    return Directions(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
+    return Directions.relative(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
 
 
 def workload(device: Device, sets: int = SETS) -> tuple[Problem, Array]:

@@ -59,7 +59,7 @@ def fit(
     Parameters
     ----------
     scan : Scan
-        N directions × W wavelengths.
+        N directions × W wavelengths. Directions of transmission are left out: models are of reflection.
     method : str
         One of METHODS.
     seed : int
@@ -99,6 +99,7 @@ def fit(
     """
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
+    scan, weights, left_out = _reflection(scan, weights)
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
@@ -130,6 +131,7 @@ def fit(
         problem = make_problem(scan.columns(block), g[:, block], chosen, limits, where)
         parts.append(solve(problem, way, rules, seed, _part_of(report, k, len(blocks))))
     provenance = {
+        **left_out,
         "weights": weights if isinstance(weights, str) else "user",
         **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
@@ -158,6 +160,18 @@ def fit(
     )
 
 
+def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, dict[str, str]]:
+    """Return scan and weights without directions of transmission, and a word on how many there were."""
+    beyond = scan.transmitted
+    if not beyond.any():
+        return scan, weights, {}
+    per_direction = np.asarray(weights)
+    if not isinstance(weights, str) and per_direction.shape == beyond.shape:
+        weights = per_direction[~beyond]
+    said = f"{np.count_nonzero(beyond)} of {len(beyond)} directions, those of transmission"
+    return scan.reflection(), weights, {"left_out": said}
+
+
 def _check_number(name: str, value: float | None, low: float, high: float) -> None:
     """Raise InputError where an option is given and is no number within its limits."""
     if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
@@ -166,9 +180,10 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = scan.brdf[weights > 0.0]
+    used = np.abs(scan.brdf[weights > 0.0])
+    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min() < low or used.max() > high:
+    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
         worst = used.max() if used.max() > high else used.min()
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"

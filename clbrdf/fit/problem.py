@@ -101,6 +101,6 @@ def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device
         scale=np.ascontiguousarray(scale.T),
         lower=limits[:, 0],
         upper=limits[:, 1],
-        keys=np.round(scan.wavelength * 1000.0).astype(np.uint64).astype(np.uint32),
+        keys=scan.column_keys,
         device=device,
     )

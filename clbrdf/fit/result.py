@@ -167,7 +167,7 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                return _read(file["entry"])
+                return _read(hdf5.find_entry(file, path))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
 

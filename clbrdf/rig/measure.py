@@ -279,7 +279,7 @@ def join(folder: Path) -> RawScan:
     return RawScan(
         plan,
         rig,
-        Directions(*(np.array(route[name]) for name in ("theta_i", "theta_r", "phi"))),
+        Directions.relative(*(np.array(route[name]) for name in ("theta_i", "theta_r", "phi"))),
         np.array(json.loads(header["wavelength"])),
         np.array(json.loads(header["nonlinearity"])),
         rows,

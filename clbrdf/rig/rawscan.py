@@ -123,7 +123,7 @@ def read_raw(path: str | Path) -> RawScan:
         return RawScan(
             plan,
             rig,
-            Directions(*(group[f"planned_{name}"][()] for name in ("theta_i", "theta_r", "phi"))),
+            Directions.relative(*(group[f"planned_{name}"][()] for name in ("theta_i", "theta_r", "phi"))),
             group["wavelength"][()],
             group["nonlinearity"][()],
             {column.name: group[f"rows/{column.name}"][()] for column in columns(count)},

@@ -50,7 +50,7 @@ def test_gradient_of_the_kernel_is_the_jacobian_of_the_reference(device, name):
     text = constants_text(variant) + kernel_text("lib/vector.cl") + kernel_text("lib/exp2.cl")
     text += geometry_text(model) + kernel_text(f"models/{name}.cl") + GRADIENT_JOB
     n = 200
-    directions = Directions(rng.uniform(0, 85, n), rng.uniform(0, 85, n), rng.uniform(0, 360, n))
+    directions = Directions.relative(rng.uniform(0, 85, n), rng.uniform(0, 85, n), rng.uniform(0, 360, n))
     x = model.features(directions)
     sets = model.vector({})[None, :] * rng.uniform(0.7, 1.3, (lanes.width, len(model.names)))
     out = np.empty((n, len(model.names) + 1, lanes.width))

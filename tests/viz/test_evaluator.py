@@ -22,7 +22,7 @@ def test_values_agree_with_the_model(device, name, theta_i):
     values = evaluator.values(vector).astype(float)
     x, y, z = (v.astype(float) for v in evaluator.views[:3])
     zenith, azimuth = angles_of(np.stack([x, y, z], axis=-1).reshape(-1, 3))
-    directions = Directions(np.array([theta_i]), zenith, azimuth)
+    directions = Directions.relative(np.array([theta_i]), zenith, azimuth)
     expected = model.brdf(vector[None, :], model.features(directions)).reshape(values.shape)
     # Away from the mirror direction, where single precision angles decide; 1e-4 of the value, or of the
     # smallest that a picture shows.
@@ -37,7 +37,9 @@ def test_the_middle_of_a_needle_keeps_its_value(device, needle):
     evaluator = MeshEvaluator(needle.fit.model, LobeMesh(width), device)
     evaluator.move(45.0)
     values = evaluator.values(needle.parameters(1)).astype(float)
-    peak = needle.fit.evaluate(Directions(np.array([45.0]), np.array([45.0]), np.array([180.0])))[0, 1]
+    peak = needle.fit.evaluate(Directions.relative(np.array([45.0]), np.array([45.0]), np.array([180.0])))[
+        0, 1
+    ]
     np.testing.assert_allclose(values[0], peak, rtol=1e-4)
     # The mesh resolves the flanks: neighbouring rings inside the lobe differ by little.
     inside = values[:, 5] > 0.05 * peak

@@ -114,7 +114,7 @@ class World:
         del pitch
         if theta_i >= 90.0 or theta_r >= 90.0 or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
             return 0.0
-        directions = Directions(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
+        directions = Directions.relative(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
         return self._surface(directions) * self.rig.geometry.solid_angle * float(cos_deg(theta_r))
 
     def counts(self, seconds: float, is_open: bool) -> npt.NDArray[np.uint16]:
