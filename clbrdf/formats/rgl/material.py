@@ -65,7 +65,8 @@ def projected(material: Material, bands: Places, theta_i: float, cosine: Array, 
 
     A renderer returns 0 there, but interpolates across it: a jump or a kink at the horizon would spoil
     the last cell above. With h(c) = f·cosθr at c = cosθr the continuation is 2 h(0) − h(−c), which keeps
-    value and slope: for a Lambertian surface it is negative.
+    value and slope, up to where it would change its sign: a BRDF that is nowhere negative is not so in the
+    file either.
 
     Parameters
     ----------
@@ -89,5 +90,7 @@ def projected(material: Material, bands: Places, theta_i: float, cosine: Array, 
     out = at(np.where(c > 0.0, c, np.minimum(-c, REFLECTION_DEPTH)), slice(None))
     below = c <= 0.0
     if below.any():
-        out[below] = 2.0 * at(np.zeros(below.sum()), below) - out[below]
+        mirrored = out[below]
+        continued = 2.0 * at(np.zeros(below.sum()), below) - mirrored
+        out[below] = np.where(continued * mirrored > 0.0, continued, 0.0)
     return out.reshape(*cosine.shape, len(bands))

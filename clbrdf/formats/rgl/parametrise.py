@@ -128,9 +128,9 @@ def make_tables(material: Material, layout: Layout, profile: Array, bands: Place
         dot, cosine, phi = reflected(incident, theta_m, azimuth_of(y)[:, None])
         values = projected(material, chosen, incident, cosine, phi)
         spectra[k] = np.moveaxis(values * (4.0 / np.interp(x, steps, ndf))[..., None], -1, 0)
-        # What random sampling by `vndf` alone leaves to be done: f·cosθr over its density of directions.
-        mean = np.where(cosine > 0.0, values.mean(axis=-1), 0.0)
-        needed = mean * _solid_angle(x, theta_m, dot) / _at(warp.density[k], x, y)
+        # What random sampling by `vndf` alone leaves to be done: f·cosθr over its density of directions. Below
+        # the horizon, too: what is interpolated across it must not become rare and heavy.
+        needed = np.abs(values).mean(axis=-1) * _solid_angle(x, theta_m, dot) / _at(warp.density[k], x, y)
         luminance[k] = np.maximum(needed, LEAST_LUMINANCE * needed.max())
     sigma = np.cos(np.minimum(zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES)), np.deg2rad(89.0)))
 
