@@ -48,10 +48,10 @@ def get_illuminant(name: str) -> Array:
     InputError
         An unknown name.
     """
-    for known, power in ILLUMINANTS.items():
-        if name.strip().upper() == known:
-            return power
-    raise InputError(f"illuminant {name!r} is not known; choose one of {', '.join(ILLUMINANTS)}")
+    known = name.strip().upper()
+    if known not in ILLUMINANTS:
+        raise InputError(f"illuminant {name!r} is not known; choose one of {', '.join(ILLUMINANTS)}")
+    return ILLUMINANTS[known]
 
 
 def check_spectrum(wavelength: Array) -> None:
@@ -80,8 +80,9 @@ def colour_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> A
     InputError
         The wavelengths do not determine a colour, or the illuminant is not known.
     """
+    power = get_illuminant(illuminant)
     check_spectrum(wavelength)
-    light = get_illuminant(illuminant) * np.array([cie.X_BAR, cie.Y_BAR, cie.Z_BAR])
+    light = power * np.array([cie.X_BAR, cie.Y_BAR, cie.Z_BAR])
     light /= light[1].sum()
     # Each wavelength's share is the hat function of linear interpolation.
     hats = np.array([np.interp(cie.WAVELENGTH, wavelength, row) for row in np.eye(len(wavelength))])
@@ -104,6 +105,6 @@ def rgb_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> Arra
 
 
 def encode_srgb(linear: Array) -> Array:
-    """Encoded sRGB, [0, 1], of linear values; those outside [0, 1] are cut off."""
+    """Encode linear sRGB, [0, 1]; values outside are cut off."""
     values = np.clip(linear, 0.0, 1.0)
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1.0 / 2.4) - 0.055)

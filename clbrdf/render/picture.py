@@ -21,7 +21,7 @@ from clbrdf.render.stage import stage
 Array = npt.NDArray[np.float64]
 
 VARIANT = "scalar_rgb"
-WIDTH, HEIGHT = 800, 500
+WIDTH, HEIGHT = 720, 450
 SAMPLES = 64
 PASS = 16
 """Samples of a pixel that are taken at a time: between passes progress shows and Ctrl-C is heard."""
@@ -29,7 +29,14 @@ PASS = 16
 WHITE = 0.62
 """Scales radiance so that the lit side of a perfectly white sphere comes out just below 1."""
 
-SHOULDER = 0.8
+MOST_RADIANCE = 25.0
+"""What a pixel of one pass is cut off at: at grazing angles models rise without bound, and a single path
+would leave a bright dot."""
+
+MOSTLY, FULL = 0.88, 0.9
+"""Where an exposure is to be found, so much of the picture stays below this value."""
+
+SHOULDER = 0.75
 """Where highlights begin to be compressed, so that their shape shows instead of a flat white."""
 
 
@@ -51,7 +58,10 @@ def load_mitsuba() -> Any:
 
 
 def render(
-    export: Export, samples: int = SAMPLES, report: Report | None = None, size: tuple[int, int] = (WIDTH, HEIGHT)
+    export: Export,
+    samples: int = SAMPLES,
+    report: Report | None = None,
+    size: tuple[int, int] = (WIDTH, HEIGHT),
 ) -> Array:
     """Return linear sRGB, (height, width, 3), of the scene with an exported RGB material.
 
@@ -61,29 +71,39 @@ def render(
         Mitsuba is not installed.
     """
     mi = load_mitsuba()
-    tell = report or (lambda done, total: None)
     total, done = np.zeros((size[1], size[0], 3)), 0
     with tempfile.TemporaryDirectory(prefix="clbrdf-render-") as folder:
         path = Path(folder) / "material.bsdf"
         write_tables(path, export.tables)
         scene = mi.load_dict(stage(mi, str(path), *size, PASS))
         while done < samples:
-            total += np.asarray(mi.render(scene, spp=PASS, seed=done), dtype=np.float64)
+            image = np.asarray(mi.render(scene, spp=PASS, seed=done), dtype=np.float64)
+            total += np.minimum(image, MOST_RADIANCE)
             done += PASS
-            tell(min(done, samples), samples)
+            if report is not None:
+                report(min(done, samples), samples)
     return WHITE * PASS * total / done
+
+
+def fitting_exposure(pictures: Sequence[Array]) -> float:
+    """Return by how many stops pictures have to be darkened so that most of each is not white; 0 or less.
+
+    Models may reflect more light than comes in, and mirrors show their lamp.
+    """
+    bright = max(float(np.quantile(picture.max(axis=-1), MOSTLY)) for picture in pictures)
+    return float(min(0.0, np.log2(FULL / max(bright, FULL))))
 
 
 def develop(linear: Array, stops: float = 0.0) -> npt.NDArray[np.uint8]:
     """Return encoded sRGB, 8 bits, brightened by photographic stops; highlights are compressed.
 
-    Above `SHOULDER` a value v becomes 1 − (1 − s) exp(−(v − s)/(1 − s)), which goes on with the same slope
-    and never reaches 1. The largest channel decides, so that a coloured highlight keeps its hue.
+    Above the shoulder s a value v becomes s + (1 − s) x/(1 + x) with x = (v − s)/(1 − s), which goes on with
+    the same slope and never reaches 1. The largest channel decides, so that highlights keep their hue.
     """
     values = np.maximum(linear, 0.0) * 2.0**stops
     largest = values.max(axis=-1, keepdims=True)
-    room = 1.0 - SHOULDER
-    pressed = 1.0 - room * np.exp(-np.maximum(largest - SHOULDER, 0.0) / room)
+    beyond = np.maximum(largest - SHOULDER, 0.0) / (1.0 - SHOULDER)
+    pressed = SHOULDER + (1.0 - SHOULDER) * beyond / (1.0 + beyond)
     scale = np.where(largest > SHOULDER, pressed / np.maximum(largest, SHOULDER), 1.0)
     return np.asarray(np.rint(255.0 * encode_srgb(values * scale)), dtype=np.uint8)
 

@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf import hdf5
-from clbrdf.colour import DEFAULT_ILLUMINANT, rgb_weights
+from clbrdf.colour import DEFAULT_ILLUMINANT, get_illuminant, rgb_weights
 from clbrdf.errors import InputError
 from clbrdf.fit import Fit
+from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.material import Material, Places
+from clbrdf.formats.rgl.tables import BANDS
 from clbrdf.geometry import Directions
-from clbrdf.render.interpolate import interpolated
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -28,13 +29,19 @@ class Source:
     ----------
     name : str
         Of the sample.
+    origin : str
+        "measured", or the name of the model.
     material : Material
     remarks : tuple of str
+    shown : str
+        What its three bands are, for a caption; "" where it has wavelengths.
     """
 
     name: str
+    origin: str
     material: Material
     remarks: tuple[str, ...] = ()
+    shown: str = ""
 
 
 def open_source(path: str | Path) -> Source:
@@ -62,7 +69,7 @@ def fit_source(fit: Fit) -> Source:
         No wavelength has one.
     """
     vector = fit.vector
-    good = np.isfinite(vector).all(axis=1)
+    good = np.asarray(np.isfinite(vector).all(axis=1))
     if not good.any():
         raise InputError("the fit has no wavelength with parameters; there is nothing to show")
     kept = vector[good]
@@ -73,10 +80,14 @@ def fit_source(fit: Fit) -> Source:
 
     name = fit.scan.sample or "a sample"
     description = f"{name}: {fit.model.name} fitted by clbrdf"
-    remarks = () if good.all() else (f"{(~good).sum()} of {len(good)} wavelengths have no fit and are left out",)
-    if fit.scan.bands:
-        return Source(name, _of_bands(fit.scan.bands, Material(brdf, None, description), good), remarks)
-    return Source(name, Material(brdf, fit.wavelength[good], description), remarks)
+    remarks = (
+        () if good.all() else (f"{(~good).sum()} of {len(good)} wavelengths have no fit and are left out",)
+    )
+    bands = fit.scan.bands
+    if bands and (tuple(band.upper() for band in bands) != BANDS or not good.all()):
+        raise InputError(f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do")
+    material = Material(brdf, None if bands else fit.wavelength[good], description)
+    return Source(name, fit.model.name, material, remarks)
 
 
 def scan_source(scan: Scan) -> Source:
@@ -87,20 +98,8 @@ def scan_source(scan: Scan) -> Source:
     InputError
         It cannot be interpolated.
     """
-    scan = scan.reflection()
-    brdf, remarks = interpolated(scan)
-    name = scan.sample or "a sample"
-    wavelength = None if scan.bands else scan.wavelength
-    material = Material(brdf, wavelength, f"{name}: measured, interpolated by clbrdf")
-    if scan.bands:
-        material = _of_bands(scan.bands, material, np.ones(len(scan.bands), dtype=bool))
-    return Source(name, material, remarks)
-
-
-def _of_bands(bands: tuple[str, ...], material: Material, good: npt.NDArray[np.bool_]) -> Material:
-    if tuple(name.upper() for name in bands) != ("R", "G", "B") or not good.all():
-        raise InputError(f"the bands {', '.join(bands)} make no colour; R, G and B do")
-    return material
+    material, remarks = scan_material(scan)
+    return Source(scan.sample or "a sample", "measured", material, remarks)
 
 
 def at_wavelengths(source: Source, wavelengths: Array) -> Source:
@@ -130,12 +129,15 @@ def in_colour(source: Source, illuminant: str = DEFAULT_ILLUMINANT) -> Source:
         The wavelengths do not determine a colour, or the illuminant is not known.
     """
     material = source.material
+    get_illuminant(illuminant)
     if material.wavelength is None:
         if illuminant.strip().upper() != DEFAULT_ILLUMINANT:
             raise InputError(f"the material has the bands R, G, B, which are for {DEFAULT_ILLUMINANT} only")
-        return source
+        return replace(source, shown="R, G, B")
+    remarks, shown = source.remarks, illuminant.strip().upper()
     if material.bands == 1:
-        remark = f"one wavelength, {material.wavelength[0]:g} nm: shown in grey"
+        shown = f"{material.wavelength[0]:g} nm in grey"
+        remarks = (*remarks, f"one wavelength: {shown}")
         weights = np.ones((3, 1))
     else:
         try:
@@ -145,14 +147,12 @@ def in_colour(source: Source, illuminant: str = DEFAULT_ILLUMINANT) -> Source:
                 raise
             text = str(error).replace("colour by value instead", "give three of them as --false-colour R,G,B")
             raise InputError(text) from error
-        remark = ""
     every = material.every_band
 
     def brdf(theta_i: Array, theta_r: Array, phi: Array, bands: Places) -> Array:
         return np.asarray(material.brdf(theta_i, theta_r, phi, every) @ weights[bands].T)
 
-    remarks = (*source.remarks, remark) if remark else source.remarks
-    return replace(source, material=Material(brdf, None, material.description), remarks=remarks)
+    return replace(source, material=Material(brdf, None, material.description), remarks=remarks, shown=shown)
 
 
 def in_false_colour(source: Source, wavelengths: Array) -> Source:
@@ -165,13 +165,16 @@ def in_false_colour(source: Source, wavelengths: Array) -> Source:
     """
     material = source.material
     if len(wavelengths) != 3:
-        raise InputError(f"false colour takes 3 wavelengths, for red, green and blue; {len(wavelengths)} are given")
+        raise InputError(
+            f"false colour takes 3 wavelengths, for red, green and blue; {len(wavelengths)} are given"
+        )
     if material.wavelength is None:
         raise InputError("the material has the bands R, G, B and no wavelengths to choose from")
     places = np.abs(material.wavelength[None, :] - wavelengths[:, None]).argmin(axis=1)
     shown = ", ".join(f"{material.wavelength[k]:g}" for k in places)
     remarks = (*source.remarks, f"{shown} nm shown as red, green, blue")
-    return replace(source, material=_selected(material, places, None), remarks=remarks)
+    chosen = _selected(material, places, None)
+    return replace(source, material=chosen, remarks=remarks, shown=f"{shown} nm as R, G, B")
 
 
 def _selected(material: Material, places: Places, wavelength: Array | None) -> Material:

@@ -12,8 +12,8 @@ from typing import Any
 LAMP, STRIP, SKY = 16.0, 9.0, 0.35
 """Radiances of the lamps and the sky; the picture is scaled by `WHITE`."""
 
-FLOOR = 0.18
-"""Reflectance of the floor: the grey that a photographer sets the exposure by."""
+FLOOR = 0.4
+"""Reflectance of the floor: black and white surfaces both stand out from it."""
 
 
 def stage(mi: Any, material_file: str, width: int, height: int, samples: int) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def half_vector(theta_i: Array, theta_r: Array, phi: Array) -> tuple[Array, Arra
     return np.arctan2(np.hypot(along, across), up), np.arctan2(across, along)
 
 
-def reflected(theta_i: Array, theta_m: Array, phi_m: Array) -> tuple[Array, Array, Array]:
+def reflected(theta_i: Array | float, theta_m: Array, phi_m: Array) -> tuple[Array, Array, Array]:
     """Reflect at half vectors: ωi·m, the cosine of the view zenith and the view azimuth.
 
     The cosine is negative for half vectors that send the light below the surface.

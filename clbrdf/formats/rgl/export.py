@@ -90,8 +90,6 @@ def export_material(
     if not 0.0005 <= tolerance <= 0.5:
         raise InputError(f"tolerance is {tolerance:g}; it lies between 0.0005 (0.05 %) and 0.5 (50 %)")
     start = time.perf_counter()
-    tell = report or (lambda done, total: None)
-    tell(0, MOST_ROUNDS)
     profile = lobe_profile(material)
     incidence = best_incidence(material, profile)
     search = _Search(material, incidence, profile, tolerance, most_bytes)
@@ -99,7 +97,8 @@ def export_material(
     count, side = FIRST_COUNT, FIRST_SIDE
     reached = np.inf
     for rounds in range(1, MOST_ROUNDS + 1):
-        tell(rounds, MOST_ROUNDS)
+        if report is not None:
+            report(rounds, MOST_ROUNDS)
         if _bytes(count, side, material.bands) > most_bytes:
             break
         total, sampled = search.errors(count, side, probes)

@@ -76,5 +76,5 @@ def stored_nodes(tables: Tables) -> Nodes:
                     values[kept] / cosine[kept][:, None],
                 )
             )
-    *angles, brdf = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Nodes(*(np.rad2deg(a) for a in angles), brdf)
+    theta_i, phi_i, theta_r, phi_r, brdf = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Nodes(np.rad2deg(theta_i), np.rad2deg(phi_i), np.rad2deg(theta_r), np.rad2deg(phi_r), brdf)

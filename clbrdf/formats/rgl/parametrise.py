@@ -128,8 +128,8 @@ def make_tables(material: Material, layout: Layout, profile: Array, bands: Place
         dot, cosine, phi = reflected(incident, theta_m, azimuth_of(y)[:, None])
         values = projected(material, chosen, incident, cosine, phi)
         spectra[k] = np.moveaxis(values * (4.0 / np.interp(x, steps, ndf))[..., None], -1, 0)
-        # What random sampling by `vndf` alone leaves to be done: f·cosθr over its density of directions. Below
-        # the horizon, too: what is interpolated across it must not become rare and heavy.
+        # What random sampling by `vndf` alone leaves to be done: f·cosθr over its density of directions.
+        # Below the horizon, too: what is interpolated across it must not become rare and heavy.
         needed = np.abs(values).mean(axis=-1) * _solid_angle(x, theta_m, dot) / _at(warp.density[k], x, y)
         luminance[k] = np.maximum(needed, LEAST_LUMINANCE * needed.max())
     sigma = np.cos(np.minimum(zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES)), np.deg2rad(89.0)))
@@ -147,7 +147,9 @@ def make_tables(material: Material, layout: Layout, profile: Array, bands: Place
             vndf=vndf[None],
             luminance=luminance[None],
             spectra=(spectra * scale[:, None, None, None])[None],
-            wavelength=None if material.wavelength is None else material.wavelength[chosen],
+            wavelength=None
+            if material.wavelength is None
+            else material.wavelength[chosen].astype(np.float32),
         )
 
     return tables(sigma / _gains(material, chosen, tables(sigma), warp))
@@ -170,7 +172,7 @@ def _rows_of_one(values: Array) -> Array:
     """Scale rows so that their trapezoids sum to one; rows of zeros become even."""
     total = (values[:, 1:] + values[:, :-1]).sum(axis=1, keepdims=True) / 2.0
     even = 1.0 / (values.shape[1] - 1)
-    return np.divide(values, total, out=np.full_like(values, even), where=total > 0.0)
+    return np.asarray(np.divide(values, total, out=np.full_like(values, even), where=total > 0.0))
 
 
 def _solid_angle(u: Array, theta_m: Array, dot: Array) -> Array:
@@ -181,7 +183,7 @@ def _solid_angle(u: Array, theta_m: Array, dot: Array) -> Array:
 def _steer(material: Material, theta_i: float, cosine: Array, phi: Array) -> Array:
     """Return f·cosθr averaged over a few bands, not negative."""
     values = projected(material, material.steering_bands, float(theta_i), cosine, phi)
-    return np.maximum(values.mean(axis=-1), 0.0)
+    return np.asarray(np.maximum(values.mean(axis=-1), 0.0))
 
 
 def _at(density: Array, x: Array, y: Array) -> Array:
@@ -194,7 +196,7 @@ def _at(density: Array, x: Array, y: Array) -> Array:
     low = (1.0 - fx) * density[row, px] + fx * density[row, px + 1]
     high = (1.0 - fx) * density[row + 1, px] + fx * density[row + 1, px + 1]
     value = (1.0 - fy) * low + fy * high
-    return np.maximum(value, 1e-6 * density.max())
+    return np.asarray(np.maximum(value, 1e-6 * density.max()))
 
 
 def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Array:

@@ -20,7 +20,6 @@ BANDS = ("R", "G", "B")
 """What the third axis of `spectra` means where a file has no wavelengths: linear sRGB."""
 
 FORMAT_VERSION = (1, 0)
-MOST_VALUES = 2**31
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,9 +174,8 @@ def _check(tables: Tables) -> None:
         array = getattr(tables, name)
         if array.ndim != count or 0 in array.shape:
             raise InputError(f"field {name!r} has the shape {array.shape}; {count} dimensions are read")
-        if name in {"ndf", "sigma"} or count >= 4:
-            if min(array.shape[-2:]) < 2:
-                raise InputError(f"field {name!r} has the shape {array.shape}; two nodes an axis are needed")
+        if (name in {"ndf", "sigma"} or count >= 4) and min(array.shape[-2:]) < 2:
+            raise InputError(f"field {name!r} has the shape {array.shape}; two nodes an axis are needed")
         if name != "spectra" and not np.isfinite(array).all():
             raise InputError(f"field {name!r} holds values that are not finite")
     incident = (len(tables.phi_i), len(tables.theta_i))
@@ -190,7 +188,8 @@ def _check(tables: Tables) -> None:
     side = tables.spectra.shape[-1]
     if tables.spectra.shape[-2] != side or tables.luminance.shape[-2:] != (side, side):
         raise InputError(
-            f"luminance {tables.luminance.shape} and spectra {tables.spectra.shape} do not have one square grid"
+            f"luminance {tables.luminance.shape} and spectra {tables.spectra.shape}"
+            " have no square grid in common"
         )
     wavelength = tables.wavelength
     if wavelength is None and tables.bands != len(BANDS):

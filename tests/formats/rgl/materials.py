@@ -34,11 +34,11 @@ def ggx(alpha, F0):
 
 
 def eon(rho, r):
-    """Energy-preserving Oren-Nayar (Portsmouth, Kutz and Hill 2024, arXiv:2410.18026), equations (11)-(18)."""
+    """Energy-preserving Oren-Nayar (Portsmouth, Kutz and Hill 2024, arXiv:2410.18026)."""
     c1, c2 = 0.5 - 2.0 / (3.0 * np.pi), 2.0 / 3.0 - 28.0 / (15.0 * np.pi)
     A = 1.0 / (1.0 + c1 * r)
 
-    def G(mu):
+    def spread(mu):
         s = np.sqrt(1.0 - mu**2)
         tan_term = 2.0 / 3.0 * (s * mu * (1.0 + s + s**2) / (1.0 + s) - s)
         return s * (np.arccos(mu) - s * mu) + tan_term
@@ -50,7 +50,9 @@ def eon(rho, r):
         single = rho / np.pi * A * (1.0 + r * s / np.where(s > 0.0, np.maximum(ci, cr), 1.0))
         mean = A * (1.0 + c2 * r)
         rest = rho**2 * mean / (1.0 - rho * (1.0 - mean))
-        return single + rest / np.pi * A * r * (c1 - G(ci) / np.pi) * (c1 - G(cr) / np.pi) / (c1 - c2)
+        return single + rest / np.pi * A * r * (c1 - spread(ci) / np.pi) * (c1 - spread(cr) / np.pi) / (
+            c1 - c2
+        )
 
     return brdf
 
@@ -88,7 +90,10 @@ def coloured(brdf, colour=(0.9, 0.6, 0.3)):
 
 
 def mitsuba_brdf(path, theta_i, theta_r, phi, phi_i=0.0, wavelength=None):
-    """Return the BRDF (N, W) that Mitsuba's own plugin reads off a file: RGB, or at wavelengths in nm."""
+    """Return the BRDF (N, W) that Mitsuba's own plugin reads off a file: RGB, or at wavelengths in nm.
+
+    At θi = 0 its azimuth is that of (±0, ±0); a millionth of a radian settles it.
+    """
     mi = pytest.importorskip("mitsuba", reason="needs mitsuba: pip install 'clbrdf[render]'")
     mi.set_variant("scalar_rgb" if wavelength is None else "scalar_spectral")
     plugin = mi.load_dict({"type": "measured", "filename": str(path)})
@@ -101,6 +106,7 @@ def mitsuba_brdf(path, theta_i, theta_r, phi, phi_i=0.0, wavelength=None):
             at.wavelengths = np.resize(group, 4)
         rows = []
         for i, r, p, turn in zip(*(np.deg2rad(a) for a in angles), strict=True):
+            i = max(i, 1e-6)
             at.wi = [np.sin(i) * np.cos(turn), np.sin(i) * np.sin(turn), np.cos(i)]
             view = [np.sin(r) * np.cos(p + turn), np.sin(r) * np.sin(p + turn), np.cos(r)]
             rows.append(np.array(plugin.eval(context, at, view, True)) / np.cos(r))

@@ -39,7 +39,7 @@ def interpolated(scan: Scan) -> tuple[Brdf, tuple[str, ...]]:
     InputError
         Fewer than two incident zeniths, or one that was measured in its plane of incidence only.
     """
-    good = ~scan.mask.any(axis=1)
+    good = np.asarray(~scan.mask.any(axis=1))
     remarks = []
     if not good.all():
         remarks.append(f"{(~good).sum()} of {len(good)} directions with masked values are left out")
@@ -63,7 +63,9 @@ def interpolated(scan: Scan) -> tuple[Brdf, tuple[str, ...]]:
         )
     if len(surfaces) < len(groups):
         count = len(groups) - len(surfaces)
-        remarks.append(f"{count} of {len(groups)} incident zeniths, measured in their plane only, are left out")
+        remarks.append(
+            f"{count} of {len(groups)} incident zeniths, measured in their plane only, are left out"
+        )
     if len(np.unique(scan.phi_i[good])) > 1:
         remarks.append("incident azimuths are averaged: the surface is taken as isotropic")
     zeniths = np.array(sorted(surfaces))
