@@ -17,6 +17,18 @@ MODULES = (
     "merl",
     "utia",
     "zemax",
+    "astm",
+    "speos",
+    "fred",
+    "lighttools",
+    "ssdd",
+    "bird",
+    "openmaterial",
+    "window",
+    "pab",
+    "gonio",
+    "wide",
+    "columns",
 )
 """Modules of this package that define FORMAT, the particular ones before the general ones."""
 
