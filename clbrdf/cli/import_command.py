@@ -40,6 +40,9 @@ def command(
 ) -> None:
     """Read measured BRDF from files of any known format into one scan file.
 
+    Columns of a CSV file, in any order and case, units in the names: wavelength_nm, theta_i_deg, theta_r_deg,
+    dphi_deg (180 is forward), fr_per_sr; optional fr_std_per_sr, sample, flag.
+
     The format is found by content ('clbrdf formats' lists them). Several files, one a wavelength or one an
     incident angle, are joined into one scan; several samples in a file become scans by name, as in
     file.h5::name. Conventions are held against the data: where the data contradict what a file says, or two

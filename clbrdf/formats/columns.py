@@ -32,6 +32,7 @@ from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
 from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
 from clbrdf.formats.table import long_reading
 from clbrdf.formats.text import read_text
+from clbrdf.units import LONGEST, SHORTEST
 
 Array = npt.NDArray[np.float64]
 
@@ -151,6 +152,11 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
             check(name, ~np.isfinite(put(name, name)), "is out of range; it has to be finite")
     wavelength = put("wavelength", "wavelength")
     check("wavelength", ~(np.isfinite(wavelength) & (wavelength > 0.0)), "is no wavelength of light")
+    light = (wavelength >= SHORTEST) & (wavelength <= LONGEST)
+    # Where none is light, the unit is another, which the guard sees; where some are not, those are wrong.
+    if light.any() and columns["wavelength"].factor is not None:
+        rule = "is no wavelength of light in this unit; name the column wavelength_nm or wavelength_um"
+        check("wavelength", ~light, rule)
     values = put("values", value, empty=True)
     for name in ("bandpass", "solid_angle"):
         if name in columns:

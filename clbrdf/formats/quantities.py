@@ -126,6 +126,6 @@ def find_columns(path: Path, headings: Sequence[str], known: Mapping[str, Quanti
         found[key] = Column(place, heading.strip(), factor)
     for key, (heading, unit) in doubtful.items():
         if key not in found and known[key].units is not None:
-            listed = ", ".join(known[key].units or ())
-            raise InputError(f"{path}: column {heading!r} has the unit {unit!r}; known are {listed}")
+            names = units.listed(known[key].units or {})
+            raise InputError(f"{path}: column {heading!r} has the unit {unit!r}; known are {names}")
     return found

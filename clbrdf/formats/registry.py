@@ -142,6 +142,12 @@ def find_format(path: Path) -> Format:
     answers = {name: each.sniff(about) for name, each in formats().items()}
     best = max(answers.values())
     if best == NO:
+        control = CONTROL.search(head)
+        if control:
+            raise InputError(
+                f"{path}: not a text file (byte {control.start()} is {control.group()[0]}), and of no known"
+                " binary format; name one with --format"
+            )
         raise InputError(
             f"{path}: the content is of no known format; name one with --format ('clbrdf formats' lists them)"
         )

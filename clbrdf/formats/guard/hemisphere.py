@@ -17,6 +17,9 @@ from clbrdf.formats.guard.sample import Group
 Array = npt.NDArray[np.float64]
 
 MOST_POINTS = 20_000
+ONE_SIDE = 0.02
+"""Directions that lie on one side of the plane of incidence, up to rounding, stand for both."""
+
 IN_PLANE = 12.0
 """Degrees about the plane of incidence."""
 
@@ -58,7 +61,7 @@ def total_of(group: Group) -> Total | None:
     if flat.all():
         return _in_plane(group.theta_i, theta, np.cos(np.deg2rad(phi)) < 0.0, values)
     x, y = (np.sin(np.deg2rad(theta)) * f(np.deg2rad(phi)) for f in (np.cos, np.sin))
-    if (y >= -1e-9).all() or (y <= 1e-9).all():
+    if y.min() > -ONE_SIDE or y.max() < ONE_SIDE:
         x, y, values = np.tile(x, 2), np.concatenate([y, -y]), np.tile(values, 2)
     return _triangles(group.theta_i, x, y, values)
 

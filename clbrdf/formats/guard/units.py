@@ -142,7 +142,8 @@ def settle_spectrum(
         unit, why = "nm", said if stated == "nm" else f"{said}; {low:g} to {high:g} are wavelengths in nm"
     else:
         raise InputError(
-            f"{path}: wavelengths from {low:g} to {high:g}; settle their unit with --unit nm or --unit um"
+            f"{path}: wavelengths from {low:g} to {high:g} may be in nm or in µm; settle it with"
+            " --unit nm or --unit um"
         )
     nm = waves * (1000.0 if unit == "um" else 1.0)
     if nm.min() < SHORTEST or nm.max() > LONGEST:
