@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from clbrdf.errors import InputError
+from clbrdf.formats.astm_write import write
 from clbrdf.formats.headings import spectrum_of
+from clbrdf.formats.reading import SURE as ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.text import numbers, read_text, take
@@ -73,7 +75,7 @@ def read(path: Path) -> list[Reading]:
             np.ascontiguousarray(table[:, others]),
             spectrum,
             bands,
-            Stated(angle="rad", sure=frozenset()),
+            Stated(angle="rad", sure=ALL if keys.get("SOFTWARE", "").startswith("clbrdf") else frozenset()),
             sample=keys.get("SAMPLE_NAME", "").strip(),
             instrument=keys.get("LAB_NAME", "").strip(),
             notes=tuple(notes),
@@ -81,4 +83,7 @@ def read(path: Path) -> list[Reading]:
     ]
 
 
-FORMAT = Format("astm", "ASTM E1392 text, wavelengths or bands", (".astm",), sniff, read)
+FORMAT = Format(
+    "astm", "ASTM E1392 text, wavelengths or bands", (".astm",), sniff, read, write,
+    "any directions, wavelengths or bands, no uncertainties",
+)  # fmt: skip

@@ -16,7 +16,7 @@ several times at one wavelength (a drift check, a repeat) makes as many directio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -25,8 +25,9 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.flags import FLAGS, MOST_FLAGS
-from clbrdf.formats.columns_write import write
+from clbrdf.formats.columns_write import SETTLED, write
 from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns
+from clbrdf.formats.reading import SURE as SURE_ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
 from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
@@ -55,7 +56,8 @@ def _fits(cells: list[str]) -> bool:
         found = find_columns(Path(), cells, LONG)
     except InputError:
         return False
-    return {"wavelength", "theta_i", "theta_r"} <= found.keys() and any(name in found for name in VALUES)
+    axis = "wavelength" in found or "band" in found
+    return axis and {"theta_i", "theta_r"} <= found.keys() and any(name in found for name in VALUES)
 
 
 @dataclass
@@ -67,6 +69,7 @@ class _Rows:
     samples: list[npt.NDArray[np.intp]] = field(default_factory=list)
     flags: list[npt.NDArray[np.uint32]] = field(default_factory=list)
     sample_numbers: dict[str, int] = field(default_factory=dict)
+    bands: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
 
 
@@ -79,7 +82,8 @@ def read(path: Path) -> list[Reading]:
         Naming line and column: a file that is empty or no text, a column missing or given twice, a unit
         unknown, a line with too few or too many cells, text in a number, no such thing as a σ.
     """
-    sheet = open_sheet(path, read_text(path), _fits)
+    text = read_text(path)
+    sheet = open_sheet(path, text, _fits)
     columns = find_columns(path, sheet.names, LONG)
     value = _value_column(sheet, columns)
     rows = _Rows()
@@ -90,9 +94,11 @@ def read(path: Path) -> list[Reading]:
     lines = np.concatenate(rows.lines)
     names = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
     flags = _translated(flags, rows.reasons, names)
-    stated = _stated(columns, value)
+    text_start = text.lstrip("\ufeff")[: len(SETTLED)]
+    stated = Stated(sure=SURE_ALL) if text_start == SETTLED else _stated(columns, value)
+    bands = tuple(rows.bands)
     return [
-        _reading(path, joined, np.flatnonzero(samples == k), flags, names, lines, sample, stated)
+        _reading(path, joined, np.flatnonzero(samples == k), flags, names, lines, sample, stated, bands)
         for sample, k in sorted(rows.sample_numbers.items())
     ]
 
@@ -100,6 +106,8 @@ def read(path: Path) -> list[Reading]:
 def _value_column(sheet: Sheet, columns: Mapping[str, Column]) -> str:
     values = [name for name in VALUES if name in columns]
     missing = [name for name in ("wavelength", "theta_i", "theta_r") if name not in columns]
+    if "band" in columns and missing[:1] == ["wavelength"]:
+        missing = missing[1:]
     if not values:
         missing.append("brdf")
     if len(values) > 1:
@@ -120,7 +128,7 @@ def _stated(columns: Mapping[str, Column], value: str) -> Stated:
     azimuth = "phi" in columns or {"phi_i", "phi_r"} <= columns.keys()
     return Stated(
         angle="deg" if has_unit else None,
-        length="nm" if columns["wavelength"].factor is not None else None,
+        length="nm" if "band" in columns or columns["wavelength"].factor is not None else None,
         forward=180.0 if azimuth else None,
         cosine=value == "dsf",
         scale="pi" if value == "factor" else None if columns[value].factor is None else "1",
@@ -150,13 +158,13 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
     for name in ("phi", "phi_i", "phi_r"):
         if name in columns:
             check(name, ~np.isfinite(put(name, name)), "is out of range; it has to be finite")
-    wavelength = put("wavelength", "wavelength")
-    check("wavelength", ~(np.isfinite(wavelength) & (wavelength > 0.0)), "is no wavelength of light")
-    light = (wavelength >= SHORTEST) & (wavelength <= LONGEST)
-    # Where none is light, the unit is another, which the guard sees; where some are not, those are wrong.
-    if light.any() and columns["wavelength"].factor is not None:
-        rule = "is no wavelength of light in this unit; name the column wavelength_nm or wavelength_um"
-        check("wavelength", ~light, rule)
+    n = len(block.lines)
+    if "wavelength" in columns:
+        _wavelengths(columns, put, check)
+    else:
+        names = [text.strip() for text in block.cells[columns["band"].place]]
+        places = [rows.bands.setdefault(name, len(rows.bands)) for name in names]
+        rows.numbers.setdefault("wavelength", []).append(np.array(places, dtype=np.float64))
     values = put("values", value, empty=True)
     for name in ("bandpass", "solid_angle"):
         if name in columns:
@@ -164,7 +172,6 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
     if "sigma" in columns:
         sigma = put("sigma", "sigma", empty=True)
         check("sigma", (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
-    n = len(block.lines)
     rows.lines.append(np.array(block.lines, dtype=np.float64))
     samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
     numbers = [rows.sample_numbers.setdefault(text.strip(), len(rows.sample_numbers)) for text in samples]
@@ -179,6 +186,18 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
     if any(empty):
         flags[np.array(empty)] |= np.uint32(1 << _bit(sheet, "not_measured", rows.reasons))
     rows.flags.append(flags)
+
+
+def _wavelengths(
+    columns: Mapping[str, Column], put: Callable[..., Array], check: Callable[..., None]
+) -> None:
+    wavelength = put("wavelength", "wavelength")
+    check("wavelength", ~(np.isfinite(wavelength) & (wavelength > 0.0)), "is no wavelength of light")
+    light = (wavelength >= SHORTEST) & (wavelength <= LONGEST)
+    # Where none is light, the unit is another, which the guard sees; where some are not, those are wrong.
+    if light.any() and columns["wavelength"].factor is not None:
+        rule = "is no wavelength of light in this unit; name the column wavelength_nm or wavelength_um"
+        check("wavelength", ~light, rule)
 
 
 def _bit(sheet: Sheet, reason: str, reasons: dict[str, int]) -> int:
@@ -207,6 +226,7 @@ def _reading(
     lines: Array,
     sample: str,
     stated: Stated,
+    bands: tuple[str, ...],
 ) -> Reading:
     n = len(rows)
     theta_r = columns["theta_r"][rows]
@@ -221,6 +241,7 @@ def _reading(
             f"{path}: no column for phi; name it like dphi_deg, 180 forward, or give zeniths their signs"
         )
     waves, back = np.unique(columns["wavelength"][rows], return_inverse=True)
+    bands = tuple(bands[int(k)] for k in waves) if bands else ()
     keys = np.stack([columns["theta_i"][rows], phi_i, theta_r, phi_r], axis=1)
     places = np.asarray(back.reshape(-1), dtype=np.intp)
     extra = {
@@ -233,8 +254,8 @@ def _reading(
         keys,
         columns["values"][rows],
         places,
-        waves,
-        (),
+        np.empty(0) if bands else waves,
+        bands,
         stated,
         sigma=columns["sigma"][rows] if "sigma" in columns else None,
         flags=flags[rows],

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.flags import FLAGS
+from clbrdf.formats.merl_write import write
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.vectors import from_half_difference
@@ -111,4 +112,7 @@ def _read(stream: BinaryIO, n_phi: int) -> Reading:
     )
 
 
-FORMAT = Format("merl", "MERL .binary, RGB, isotropic", (".binary",), sniff, read)
+FORMAT = Format(
+    "merl", "MERL .binary, RGB, isotropic", (".binary",), sniff, read, write,
+    "R, G and B of an isotropic reflection, in cells of about 1°",
+)  # fmt: skip

@@ -62,6 +62,7 @@ LONG = {
     "sigma": Quantity(("fr_std", "brdf_std", "fr_errors", "brdf_errors"), VALUE_UNITS),
     "solid_angle": Quantity(("solid_angle",), units.SOLID_ANGLE),
     "sample": Quantity(("sample",), None),
+    "band": Quantity(("band",), None),
     "flag": Quantity(("flag", "flags"), None),
 }
 

@@ -223,10 +223,12 @@ def _reading(path: Path, block: Block) -> Reading:
 
 
 def _first_of_each(axes: list[Array], values: Array) -> npt.NDArray[np.bool_]:
-    """Return True but where a whole turn repeats its first azimuth."""
+    """Return True but where a whole turn repeats its first azimuth, or a pole the same value."""
     keep = np.ones(values.shape[:4], dtype=bool)
     if len(axes[0]) > 1 and axes[0][-1] - axes[0][0] == 360.0:
         keep[-1] = (values[-1] != values[0]).any(axis=-1)
+    for k in np.flatnonzero(axes[1] == 0.0):
+        keep[1:, k] &= (values[1:, k] != values[:1, k]).any(axis=-1)
     if len(axes[2]) > 1 and axes[2][-1] - axes[2][0] == 360.0:
         keep[:, :, -1] &= (values[:, :, -1] != values[:, :, 0]).any(axis=-1)
     return keep.ravel()

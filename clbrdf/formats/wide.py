@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.formats.columns_write import SETTLED
 from clbrdf.formats.headings import spectrum_of, wavelength_of
 from clbrdf.formats.quantities import ANGLES, find_columns
+from clbrdf.formats.reading import SURE as ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.sheet import find_heading, open_sheet
@@ -84,7 +86,9 @@ def read(path: Path) -> list[Reading]:
             np.ascontiguousarray(values[:, order]),
             spectrum[order],
             bands,
-            Stated(
+            Stated(sure=ALL)
+            if text.lstrip("\ufeff").startswith(SETTLED)
+            else Stated(
                 angle="deg" if all(column.factor is not None for column in angles.values()) else None,
                 forward=180.0 if azimuth else 0.0,
                 scale=scale,

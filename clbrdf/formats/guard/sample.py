@@ -18,6 +18,9 @@ MOST_GROUPS = 8
 FEW = 8
 """Directions that a group of one incidence needs."""
 
+MOST_INCIDENCES, SMALL = 1000, 100
+"""More incidences than this with fewer directions each are no grid, but rounding's."""
+
 WINDOW = 1.0
 """Degrees about an incidence, where all directions have incidences of their own."""
 
@@ -60,7 +63,8 @@ class Sample:
             return
         turned = group_numbers(np.stack([self.theta_i, self.phi_i], axis=1).round(2))
         counts = np.bincount(turned)
-        if (counts >= FEW).any():
+        scattered = len(counts) > MOST_INCIDENCES and len(turned) < SMALL * len(counts)
+        if (counts >= FEW).any() and not scattered:
             large = np.flatnonzero(counts >= FEW)
             chosen = large[np.linspace(0, len(large) - 1, min(MOST_GROUPS, len(large))).round().astype(int)]
             for number in chosen:
