@@ -19,6 +19,7 @@ COMMANDS = {
     "fit": "fit the model at every wavelength",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
+    "export": "write a fit or a scan in other people's formats",
     "evaluate": "print model values as a table",
     "simulate": "simulate a scene with the instrument effects it asks for",
     "measure": "run a measurement plan on the rig",

@@ -25,12 +25,12 @@ def write(scan: Scan, path: Path) -> None:
     """
     if len(scan.bands) > 1:
         raise InputError(
-            f"{path}: BiRD files hold wavelengths, and the scan has the bands {', '.join(scan.bands)};"
+            f"BiRD files hold wavelengths, and the scan has the bands {', '.join(scan.bands)};"
             " write columns, SSDD or RGL"
         )
     row, column = np.nonzero(~scan.mask)
     if len(row) == 0:
-        raise InputError(f"{path}: every value is masked; there is nothing to write")
+        raise InputError("every value is masked; there is nothing to write")
 
     def item(unit: str, values: Any) -> dict[str, Any]:
         return {"unit": unit, "values": list(values)}

@@ -18,6 +18,7 @@ from clbrdf.formats.merl_write import write
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.vectors import from_half_difference
+from clbrdf.geometry import Directions
 
 Array = npt.NDArray[np.float64]
 
@@ -70,6 +71,14 @@ def slice_angles(theta_h: float, n_phi: int) -> tuple[Array, Array, Array]:
     theta_d = np.repeat(np.arange(N_THETA, dtype=np.float64), n_phi)
     phi_d = np.tile(np.arange(n_phi) * (180.0 / n_phi), N_THETA)
     return from_half_difference(np.full(1, theta_h), theta_d, phi_d)
+
+
+def node_directions() -> Directions:
+    """Return the directions of all cells of half a turn that lie above the horizon."""
+    parts = [slice_angles(theta_h, 180) for theta_h in half_angles()]
+    theta_i, theta_r, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    keep = above(theta_i, theta_r)
+    return Directions.relative(theta_i[keep], theta_r[keep], phi[keep])
 
 
 def above(theta_i: Array, theta_r: Array) -> npt.NDArray[np.bool_]:

@@ -27,14 +27,12 @@ def write(scan: Scan, path: Path) -> None:
     """
     if scan.bands != ("R", "G", "B"):
         there = ", ".join(scan.bands) or f"{len(scan.wavelength)} wavelengths"
-        raise InputError(
-            f"{path}: MERL files hold R, G and B, and the scan has {there}; write them with --rgb"
-        )
+        raise InputError(f"MERL files hold R, G and B, and the scan has {there}; write them with --rgb")
     if scan.transmitted.any():
-        raise InputError(f"{path}: MERL files hold reflection only; choose it with --side reflection")
+        raise InputError("MERL files hold reflection only; choose it with --side reflection")
     if len(scan.rotations()):
         raise InputError(
-            f"{path}: the scan was measured at {len(scan.rotations())} incident azimuths, and MERL files hold"
+            f"the scan was measured at {len(scan.rotations())} incident azimuths, and MERL files hold"
             " no anisotropy; choose one with --phi-i, or write SSDD or RGL"
         )
     half, difference, turn = to_half_difference(scan.theta_i, scan.theta_r, scan.phi)

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.grid_of import Grid, grid_of
+from clbrdf.flags import for_other_reasons
+from clbrdf.formats.grid_of import SAME, Grid, grid_of
 from clbrdf.formats.software import VERSION
 from clbrdf.formats.vectors import from_specular, to_specular
 from clbrdf.scan import Scan
@@ -30,28 +31,27 @@ def write(scan: Scan, path: Path) -> None:
     """
     if scan.bands and scan.bands not in MODELS:
         raise InputError(
-            f"{path}: SSDD holds spectra, RGB and XYZ, and the scan has the bands {', '.join(scan.bands)}"
+            f"SSDD holds spectra, RGB and XYZ, and the scan has the bands {', '.join(scan.bands)}"
         )
     stream = BytesIO()
     stream.write(f"VERSION 0.3\nSOFTWARE clbrdf-{VERSION}\n".encode())
     beyond = scan.transmitted
     for kind, rows in (("brdf", ~beyond), ("btdf", beyond)):
         if rows.any():
-            _block(path, stream, scan.rows(rows), kind)
+            _block(stream, scan.rows(rows), kind)
     path.write_bytes(stream.getvalue())
 
 
-def _block(path: Path, stream: BytesIO, scan: Scan, kind: str) -> None:
-    masked = int(scan.mask.sum())
+def _block(stream: BytesIO, scan: Scan, kind: str) -> None:
+    assert scan.flags is not None
+    masked = int(for_other_reasons(scan.flags).sum())
     if masked:
-        raise InputError(
-            f"{path}: {masked} values are masked, and SSDD holds whole grids; fit a model and export it"
-        )
+        raise InputError(f"{masked} values are masked, and SSDD holds whole grids; fit a model and export it")
     theta_r = 180.0 - scan.theta_r if kind == "btdf" else scan.theta_r
     found = _spherical(scan, theta_r) or _specular(scan, theta_r)
     if found is None:
         raise InputError(
-            f"{path}: the {len(scan)} directions are no grid of θi, φi, θr and φr; fit a model and export it,"
+            f"the {len(scan)} directions are no grid of θi, φi, θr and φr; fit a model and export it,"
             " or write columns or BiRD"
         )
     name, grid, values = found
@@ -89,7 +89,7 @@ def _spherical(scan: Scan, theta_r: Array) -> tuple[str, Grid, Array] | None:
 
 def _specular(scan: Scan, theta_r: Array) -> tuple[str, Grid, Array] | None:
     azimuth, radial = to_specular(scan.theta_i, theta_r, scan.phi)
-    azimuth = np.where(radial < 1e-9, 0.0, azimuth)
+    azimuth = np.where(radial < 1e-9, 0.0, np.where(azimuth > 360.0 - SAME, 0.0, azimuth))
     try:
         grid = grid_of([scan.theta_i, scan.phi_i, np.where(radial < 1e-9, 0.0, radial), azimuth])
     except InputError:

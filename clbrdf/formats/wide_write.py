@@ -22,7 +22,7 @@ def write(scan: Scan, path: Path) -> None:
     """
     if scan.bands:
         raise InputError(
-            f"{path}: wide tables hold wavelengths, and the scan has the bands {', '.join(scan.bands)};"
+            f"wide tables hold wavelengths, and the scan has the bands {', '.join(scan.bands)};"
             " write columns, SSDD or RGL"
         )
     values = np.where(scan.mask, np.nan, scan.brdf)

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.grid_of import Grid, grid_of
+from clbrdf.flags import for_other_reasons
+from clbrdf.formats.grid_of import SAME, Grid, grid_of
 from clbrdf.formats.rings import ring_weights, turn_weights
 from clbrdf.formats.software import VERSION
 from clbrdf.formats.vectors import from_specular, to_specular
@@ -17,7 +18,7 @@ from clbrdf.scan import Scan
 Array = npt.NDArray[np.float64]
 
 ON_HORIZON = 90.0 - 1e-6
-NAMES = {("X", "Y", "Z"): ("TristimulusX", "TristimulusY", "TristimulusZ")}
+NAMES = ("TristimulusX", "TristimulusY", "TristimulusZ")
 
 
 def write(scan: Scan, path: Path) -> None:
@@ -28,37 +29,37 @@ def write(scan: Scan, path: Path) -> None:
     InputError
         Several wavelengths, both sides, masked values, or directions that are no such grid.
     """
-    names = NAMES.get(scan.bands, ("Monochrome",))
+    names: tuple[str, ...] = NAMES if scan.bands == ("X", "Y", "Z") else ("Monochrome",)
     if scan.brdf.shape[1] != len(names):
         raise InputError(
-            f"{path}: a Zemax file holds one wavelength, or X, Y and Z, and the scan has"
+            f"a Zemax file holds one wavelength, or X, Y and Z, and the scan has"
             f" {scan.brdf.shape[1]}; choose one with --wavelength"
         )
     beyond = scan.transmitted
     if beyond.any() and not beyond.all():
+        raise InputError("a Zemax file holds one side; choose with --side reflection or transmission")
+    assert scan.flags is not None
+    masked = int(for_other_reasons(scan.flags).sum())
+    if masked:
         raise InputError(
-            f"{path}: a Zemax file holds one side; choose with --side reflection or transmission"
-        )
-    if scan.mask.any():
-        raise InputError(
-            f"{path}: {int(scan.mask.sum())} values are masked, and a Zemax file holds whole grids;"
-            " fit a model and export it"
+            f"{masked} values are masked, and a Zemax file holds whole grids; fit a model and export it"
         )
     transmission = bool(beyond.all())
     theta_r = 180.0 - scan.theta_r if transmission else scan.theta_r
-    grid, values = _gridded(path, scan, theta_r)
+    grid, values = _gridded(scan, theta_r)
     _write_text(scan, path, grid, values, names, transmission)
 
 
-def _gridded(path: Path, scan: Scan, theta_r: Array) -> tuple[Grid, Array]:
+def _gridded(scan: Scan, theta_r: Array) -> tuple[Grid, Array]:
     azimuth, radial = to_specular(scan.theta_i, theta_r, scan.phi)
     centre = radial < 1e-9
+    azimuth = np.where(azimuth > 360.0 - SAME, 0.0, azimuth)
     try:
         grid = grid_of(
             [scan.phi_i, scan.theta_i, np.where(centre, 0.0, azimuth), np.where(centre, 0.0, radial)]
         )
     except InputError as error:
-        raise InputError(f"{path}: {error} about the specular direction; fit a model and export it") from None
+        raise InputError(f"{error} about the specular direction; fit a model and export it") from None
     row = grid.row
     for k in np.flatnonzero(grid.axes[3] == 0.0):
         there = row[:, :, :, k]
@@ -68,7 +69,7 @@ def _gridded(path: Path, scan: Scan, theta_r: Array) -> tuple[Grid, Array]:
     missing = int(np.count_nonzero((row < 0) & above))
     if missing:
         raise InputError(
-            f"{path}: {missing} of {row.size} cells of the grid about the specular direction are not in the"
+            f"{missing} of {row.size} cells of the grid about the specular direction are not in the"
             " scan; fit a model and export it"
         )
     return grid, np.where((row >= 0)[..., None], scan.brdf[row], 0.0)
