@@ -7,6 +7,7 @@ eye does, so that a white surface is white under each.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -17,7 +18,7 @@ from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
-ILLUMINANTS = MappingProxyType(
+ILLUMINANTS: Mapping[str, Array] = MappingProxyType(
     {
         "D65": cie.D65,
         "D50": cie.D50,

@@ -13,7 +13,8 @@ from clbrdf.errors import ClbrdfError
 
 COMMANDS = {
     "demo": "run the main job end to end",
-    "import": "bring a measured file into a scan",
+    "import": "bring measured files of any known format into a scan",
+    "formats": "list the formats that are read and written",
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "view": "show lobes in a window, a file or a browser",

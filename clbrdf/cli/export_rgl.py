@@ -2,62 +2,77 @@
 
 from __future__ import annotations
 
-import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.cli.export_table import Chosen
 from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError
 from clbrdf.files import check_output
 from clbrdf.formats.rgl.accuracy import FIRST_INCIDENT, LARGEST_VIEW, LAST_INCIDENT
-from clbrdf.formats.rgl.export import DEFAULT_TOLERANCE, Export, export_material
+from clbrdf.formats.rgl.export import Export, export_material
 from clbrdf.formats.rgl.tables import write_tables
 from clbrdf.render.sources import Source, at_wavelengths, in_colour, in_false_colour, open_source
 
 
-def read_tolerance(text: str) -> float:
-    """Read "0.5%" or "0.005".
+@dataclass(frozen=True, eq=False)
+class Colour:
+    """How wavelengths become three bands.
+
+    Attributes
+    ----------
+    rgb : bool
+        As an eye sees them.
+    illuminant : str or None
+        Under this light; None for the default.
+    false_colour : (K,) float64 or None
+        As three wavelengths, nm, for red, green and blue.
+    """
+
+    rgb: bool = False
+    illuminant: str | None = None
+    false_colour: npt.NDArray[np.float64] | None = None
+
+    @property
+    def asked(self) -> str:
+        """The first option that was given; "" for none."""
+        given = {
+            "--rgb": self.rgb,
+            "--illuminant": self.illuminant is not None,
+            "--false-colour": self.false_colour is not None,
+        }
+        return next((name for name, is_given in given.items() if is_given), "")
+
+
+def export_rgl(
+    file: Path, output: Path, tolerance: float, chosen: Chosen, colour: Colour, overwrite: bool = False
+) -> None:
+    """Write the material of a fit or scan file as a tensor file, and print what was reached.
 
     Raises
     ------
     InputError
-        No number.
+        Options that do not go together, a scan that cannot be interpolated, a tolerance that cannot be kept.
     """
-    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", text)
-    try:
-        value = float(found[1]) if found else np.nan
-    except ValueError:
-        value = np.nan
-    if found is None or np.isnan(value):
-        raise InputError(f"--tolerance {text!r} is no number; write 0.5% or 0.005")
-    return value / 100.0 if found[2] else value
-
-
-def export_rgl(
-    file: Path,
-    output: Path,
-    tolerance: float = DEFAULT_TOLERANCE,
-    rgb: bool = False,
-    illuminant: str = DEFAULT_ILLUMINANT,
-    false_colour: npt.NDArray[np.float64] | None = None,
-    wavelengths: npt.NDArray[np.float64] | None = None,
-    overwrite: bool = False,
-) -> None:
-    """Write the material of a fit or scan file as a tensor file, and print what was reached."""
     target = check_output(output, overwrite)
-    if rgb and false_colour is not None:
+    if colour.rgb and colour.false_colour is not None:
         raise InputError("--rgb and --false-colour both choose the three bands; give one of them")
-    source = open_source(file)
-    if wavelengths is not None:
-        source = at_wavelengths(source, wavelengths)
-    if rgb:
-        source = in_colour(source, illuminant)
-    elif false_colour is not None:
-        source = in_false_colour(source, false_colour)
+    if colour.illuminant is not None and not colour.rgb:
+        raise InputError("--illuminant says what light --rgb is for; give --rgb, too")
+    if chosen.side == "transmission":
+        raise InputError("--side transmission: an rgl file holds reflection only")
+    source = open_source(file, chosen.phi_i)
+    if chosen.wavelength is not None:
+        source = at_wavelengths(source, chosen.wavelength)
+    if colour.rgb:
+        source = in_colour(source, colour.illuminant or DEFAULT_ILLUMINANT)
+    elif colour.false_colour is not None:
+        source = in_false_colour(source, colour.false_colour)
     made = run_export(source, tolerance)
     write_tables(target, made.tables, overwrite)
     print_export(target, made)

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from clbrdf.cli.console import progress_bar
-from clbrdf.cli.export_rgl import percent, read_tolerance, run_export
+from clbrdf.cli.export_command import read_tolerance
+from clbrdf.cli.export_rgl import percent, run_export
 from clbrdf.cli.options import Output, Overwrite, number_list
 from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError

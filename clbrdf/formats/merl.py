@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.flags import FLAGS
+from clbrdf.formats.merl_write import write
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.vectors import from_half_difference
+from clbrdf.geometry import Directions
 
 Array = npt.NDArray[np.float64]
 
@@ -71,6 +73,14 @@ def slice_angles(theta_h: float, n_phi: int) -> tuple[Array, Array, Array]:
     return from_half_difference(np.full(1, theta_h), theta_d, phi_d)
 
 
+def node_directions() -> Directions:
+    """Return the directions of all cells of half a turn that lie above the horizon."""
+    parts = [slice_angles(theta_h, 180) for theta_h in half_angles()]
+    theta_i, theta_r, phi = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    keep = above(theta_i, theta_r)
+    return Directions.relative(theta_i[keep], theta_r[keep], phi[keep])
+
+
 def above(theta_i: Array, theta_r: Array) -> npt.NDArray[np.bool_]:
     """Return where both directions lie above the horizon."""
     return np.asarray((theta_i < 90.0) & (theta_r < 90.0))
@@ -111,4 +121,7 @@ def _read(stream: BinaryIO, n_phi: int) -> Reading:
     )
 
 
-FORMAT = Format("merl", "MERL .binary, RGB, isotropic", (".binary",), sniff, read)
+FORMAT = Format(
+    "merl", "MERL .binary, RGB, isotropic", (".binary",), sniff, read, write,
+    "R, G and B of an isotropic reflection, in cells of about 1°",
+)  # fmt: skip

@@ -77,6 +77,8 @@ class Reading:
         What the reader left out or took for granted, a line each.
     extra : mapping
         Further arguments of the scan: polarisations, solid_angle, bandpass.
+    lines : (N,) float64 or None
+        Line of the file that each direction comes from, for messages.
     tis : mapping of float to float
         Total integrated scatter that the file states, by incident zenith in degrees.
     provenance : mapping of str to str
@@ -98,6 +100,7 @@ class Reading:
     instrument: str = ""
     notes: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
+    lines: Array | None = None
     tis: Mapping[float, float] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -113,5 +116,6 @@ class Reading:
             values=self.values[index],
             sigma=None if self.sigma is None else self.sigma[index],
             flags=None if self.flags is None else self.flags[index],
+            lines=None if self.lines is None else self.lines[index],
             extra=extra,
         )

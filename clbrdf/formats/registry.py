@@ -18,6 +18,18 @@ MODULES = (
     "merl",
     "utia",
     "zemax",
+    "astm",
+    "speos",
+    "fred",
+    "lighttools",
+    "ssdd",
+    "bird",
+    "openmaterial",
+    "window",
+    "pab",
+    "gonio",
+    "wide",
+    "columns",
 )
 """Modules of this package that define FORMAT, the particular ones before the general ones."""
 
@@ -131,6 +143,12 @@ def find_format(path: Path) -> Format:
     answers = {name: each.sniff(about) for name, each in formats().items()}
     best = max(answers.values())
     if best == NO:
+        control = CONTROL.search(head)
+        if control:
+            raise InputError(
+                f"{path}: not a text file (byte {control.start()} is {control.group()[0]}), and of no known"
+                " binary format; name one with --format"
+            )
         raise InputError(
             f"{path}: the content is of no known format; name one with --format ('clbrdf formats' lists them)"
         )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sized
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
+S = TypeVar("S", bound=Sized)
 
 LARGEST = 1 << 29
 """Bytes of a text file."""
@@ -128,9 +130,7 @@ def comma_hint(line: str, word: str) -> str:
     return "; write decimal points, not commas" if re.fullmatch(r"[+-]?\d+,\d+", word) else ""
 
 
-def take(
-    path: Path, values: Sequence[float] | Array, count: int, what: str, place: str = ""
-) -> Sequence[float] | Array:
+def take(path: Path, values: S, count: int, what: str, place: str = "") -> S:
     """Return the values; raise InputError where their number is not `count`."""
     if len(values) != count:
         where = f"{path}{', ' + place if place else ''}"

@@ -21,6 +21,7 @@ from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.text import Lines, count_of, increasing, read_text, shown
 from clbrdf.formats.vectors import from_specular
+from clbrdf.formats.zemax_write import write
 
 Array = npt.NDArray[np.float64]
 
@@ -176,4 +177,7 @@ def _reading(header: Header, values: Array, tis: dict[float, float], comments: l
     )
 
 
-FORMAT = Format("zemax", "Zemax .bsdf text, one wavelength or XYZ", (".bsdf",), sniff, read)
+FORMAT = Format(
+    "zemax", "Zemax .bsdf text, one wavelength or XYZ", (".bsdf",), sniff, read, write,
+    "one side and one wavelength, on a grid about the specular direction",
+)  # fmt: skip

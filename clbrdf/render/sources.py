@@ -21,6 +21,10 @@ from clbrdf.scan import Scan
 Array = npt.NDArray[np.float64]
 
 
+SAME_AZIMUTH = 0.05
+"""Degrees."""
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """A material and what has to be said about it.
@@ -44,8 +48,14 @@ class Source:
     shown: str = ""
 
 
-def open_source(path: str | Path) -> Source:
+def open_source(path: str | Path, phi_i: float | None = None) -> Source:
     """Read a fit file, or a scan file whose scan can be interpolated, as a material.
+
+    Parameters
+    ----------
+    path : str or Path
+    phi_i : float, optional
+        The incident azimuth of a scan that is taken, degrees; without it they are averaged.
 
     Raises
     ------
@@ -55,9 +65,19 @@ def open_source(path: str | Path) -> Source:
     with hdf5.open_file(path) as file:
         is_fit = hdf5.content_of(file) == "fit"
     try:
-        return fit_source(Fit.open(path)) if is_fit else scan_source(Scan.open(path))
+        return fit_source(Fit.open(path)) if is_fit else scan_source(_turned(Scan.open(path), phi_i))
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
+
+
+def _turned(scan: Scan, phi_i: float | None) -> Scan:
+    if phi_i is None:
+        return scan
+    away = np.abs((scan.phi_i - phi_i + 180.0) % 360.0 - 180.0)
+    if away.min() > SAME_AZIMUTH:
+        there = ", ".join(f"{angle:g}" for angle in np.unique(scan.phi_i)[:12])
+        raise InputError(f"the scan has no incident azimuth of {phi_i:g}°; it has {there}")
+    return scan.rows(np.asarray(away <= SAME_AZIMUTH))
 
 
 def fit_source(fit: Fit) -> Source:

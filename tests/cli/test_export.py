@@ -76,10 +76,14 @@ def test_export_rgb_and_some_wavelengths(run, files, tmp_path):
     ("words", "message"),
     [
         (["--tolerance", "tiny"], "--tolerance 'tiny' is no number; write 0.5% or 0.005"),
-        (["--tolerance", "0"], "tolerance is 0; it lies between"),
+        (["--tolerance", "0"], "--tolerance '0' is no positive number"),
         (["--wavelength", "blue"], "--wavelength: 'blue' is neither a number nor"),
         (["--rgb", "--illuminant", "D60"], "illuminant 'D60' is not known"),
         (["--rgb"], "a colour needs a spectrum from 460 to 620 nm in steps of at most 60 nm"),
+        (["--illuminant", "A"], "--illuminant says what light --rgb is for"),
+        (["--side", "transmission"], "an rgl file holds reflection only"),
+        (["--phi-i", "45"], "no incident azimuth of 45°; it has 0"),
+        (["--format", "ssdd", "--rgb"], "--rgb is for rgl files only, and this is to be ssdd"),
         (["--rgb", "--false-colour", "650,550,450"], "--rgb and --false-colour both choose"),
     ],
 )

@@ -22,7 +22,7 @@ what a program that reads them computes. Decision 0070.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -55,7 +55,7 @@ AZIMUTHS, ZENITHS = 32, 64
 """Nodes of `vndf`; more do not lower the error, for any smooth map will do."""
 
 SIGMA_NODES = 256
-GAIN_SAMPLES = 20
+GAIN_SAMPLES, GAIN_BANDS, GAIN_BLOCK = 16, 3, 32
 LEAST_LUMINANCE = 1e-4
 
 
@@ -204,27 +204,39 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
 
     The weighted median of truth over value, which makes the sum of absolute errors the smallest.
     """
-    reader = Reader(tables)
-    grid = zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES))
+    few = np.unique(np.linspace(0, len(bands) - 1, min(len(bands), GAIN_BANDS)).round().astype(np.intp))
     shares = (np.arange(GAIN_SAMPLES) + 0.5) / GAIN_SAMPLES
+    theta_i = tables.theta_i.astype(np.float64)
+    grid = zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES))
+    inside = np.flatnonzero((grid > theta_i[0]) & (grid < theta_i[-1]))
     out = np.ones(SIGMA_NODES)
-    few = np.unique(np.linspace(0, len(bands) - 1, min(len(bands), 3)).round().astype(np.intp))
-    theta_i = tables.theta_i
-    for j, incident in enumerate(grid):
-        if not theta_i[0] < incident < theta_i[-1]:
-            continue
-        k = int(np.searchsorted(theta_i, incident)) - 1
-        x, y = warp.place(k, shares, shares)
-        _, cosine, phi = reflected(incident, zenith_of(x), azimuth_of(y)[:, None])
-        seen = cosine > 0.05
-        angles = np.rad2deg(np.arccos(cosine[seen])), np.rad2deg(phi[seen])
-        truth = material.brdf(np.full(seen.sum(), np.rad2deg(incident)), *angles, bands[few]).sum(axis=1)
-        value = reader.brdf(np.rad2deg(incident), *angles)[:, few].sum(axis=1)
-        good = (truth > 0.0) & (value > 0.0)
-        if good.sum() < GAIN_SAMPLES:
-            continue
-        ratio, weight = truth[good] / value[good], value[good]
-        order = np.argsort(ratio)
-        heap = np.cumsum(weight[order])
-        out[j] = ratio[order][np.searchsorted(heap, heap[-1] / 2.0)]
+    # Only a few bands are read, whatever the file holds.
+    spectra = tables.spectra[:, :, few]
+    reader = Reader(replace(tables, spectra=spectra, wavelength=np.arange(1.0, len(few) + 1.0)))
+    for part in np.array_split(inside, max(1, len(inside) // GAIN_BLOCK)):
+        views = []
+        for incident in grid[part]:
+            k = int(np.searchsorted(theta_i, incident)) - 1
+            x, y = warp.place(k, shares, shares)
+            _, cosine, phi = reflected(incident, zenith_of(x), azimuth_of(y)[:, None])
+            seen = cosine > 0.05
+            angles = np.full(seen.sum(), incident), np.arccos(cosine[seen]), phi[seen]
+            views.append(np.rad2deg(np.stack(angles)))
+        together = np.concatenate(views, axis=1)
+        truth = material.brdf(*together, bands[few]).sum(axis=1)
+        value = reader.brdf(*together).sum(axis=1)
+        ends = np.cumsum([view.shape[1] for view in views])[:-1]
+        for j, t, v in zip(part, np.split(truth, ends), np.split(value, ends), strict=True):
+            out[j] = _median_ratio(t, v)
     return out
+
+
+def _median_ratio(truth: Array, value: Array) -> float:
+    """Median of truth over value with values as weights; 1 where there are too few that are positive."""
+    good = (truth > 0.0) & (value > 0.0)
+    if good.sum() < GAIN_SAMPLES:
+        return 1.0
+    ratio, weight = truth[good] / value[good], value[good]
+    order = np.argsort(ratio)
+    heap = np.cumsum(weight[order])
+    return float(ratio[order][np.searchsorted(heap, heap[-1] / 2.0)])
