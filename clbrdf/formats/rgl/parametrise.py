@@ -212,7 +212,8 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
     out = np.ones(SIGMA_NODES)
     # Only a few bands are read, whatever the file holds.
     spectra = tables.spectra[:, :, few]
-    reader = Reader(replace(tables, spectra=spectra, wavelength=np.arange(1.0, len(few) + 1.0)))
+    numbers = np.arange(1, len(few) + 1, dtype=np.float32)
+    reader = Reader(replace(tables, spectra=spectra, wavelength=numbers))
     for part in np.array_split(inside, max(1, len(inside) // GAIN_BLOCK)):
         views = []
         for incident in grid[part]:
@@ -222,9 +223,9 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
             seen = cosine > 0.05
             angles = np.full(seen.sum(), incident), np.arccos(cosine[seen]), phi[seen]
             views.append(np.rad2deg(np.stack(angles)))
-        together = np.concatenate(views, axis=1)
-        truth = material.brdf(*together, bands[few]).sum(axis=1)
-        value = reader.brdf(*together).sum(axis=1)
+        incidents, zeniths, azimuths = np.concatenate(views, axis=1)
+        truth = material.brdf(incidents, zeniths, azimuths, bands[few]).sum(axis=1)
+        value = reader.brdf(incidents, zeniths, azimuths).sum(axis=1)
         ends = np.cumsum([view.shape[1] for view in views])[:-1]
         for j, t, v in zip(part, np.split(truth, ends), np.split(value, ends), strict=True):
             out[j] = _median_ratio(t, v)

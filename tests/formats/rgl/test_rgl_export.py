@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError
+from clbrdf.formats.rgl.accuracy import measure, random_incidents
 from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.material import Material, projected
 from clbrdf.formats.rgl.nodes import stored_nodes
+from clbrdf.formats.rgl.tables import size_of
 from clbrdf.formats.rgl.values import Reader
+from tests.formats.rgl.database_layout import database_tables
 from tests.formats.rgl.materials import MATERIALS, coloured, ggx, lambert, spectral, total
 
 
@@ -119,6 +122,17 @@ def test_tolerances_that_make_no_sense(tolerance):
 def test_a_tolerance_that_would_take_too_large_a_file():
     with pytest.raises(InputError, match=r"a file within 0.1 % would take about .* MB; .* % was reached"):
         export_material(spectral(MATERIALS["tin foil"]), 0.001, most_bytes=2_000_000)
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_the_grid_of_the_database_is_coarser_by_ten_times(name):
+    material = spectral(MATERIALS[name])
+    database = database_tables(MATERIALS[name])
+    coarse = measure(material, Reader(database), np.arange(3), random_incidents(64, 5), 256, 5)
+    made = export_material(material, 0.005)
+    assert coarse.reached > 10.0 * made.accuracy.reached
+    if name != "tin foil":
+        assert size_of(made.tables) < size_of(database)
 
 
 def test_nothing_to_export():
