@@ -100,6 +100,7 @@ def print_export(target: Path, made: Export) -> None:
             "reached" + ("" if accuracy.rgb or len(accuracy.by_band) == 1 else ", worst wavelength"),
             percent(accuracy.reached),
         ],
+        ["of the light over the hemisphere", percent(accuracy.light)],
         ["worst incident angle", f"{percent(worst)} at {worst_at:.1f}°"],
         [
             "beyond, " + ", ".join(f"{angle:g}°" for angle in made.beyond.theta_i),

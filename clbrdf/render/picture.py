@@ -30,8 +30,8 @@ WHITE = 0.62
 """Scales radiance so that the lit side of a perfectly white sphere comes out just below 1."""
 
 MOST_RADIANCE = 25.0
-"""What a pixel of one pass is cut off at: at grazing angles models rise without bound, and a single path
-would leave a bright dot."""
+"""What the largest channel of a pixel is brought down to in one pass: at grazing angles models rise without
+bound, and a single path would leave a bright dot."""
 
 MOSTLY, FULL = 0.88, 0.9
 """Where an exposure is to be found, so much of the picture stays below this value."""
@@ -78,7 +78,8 @@ def render(
         scene = mi.load_dict(stage(mi, str(path), *size, PASS))
         while done < samples:
             image = np.asarray(mi.render(scene, spp=PASS, seed=done), dtype=np.float64)
-            total += np.minimum(image, MOST_RADIANCE)
+            largest = image.max(axis=-1, keepdims=True)
+            total += image * np.minimum(1.0, MOST_RADIANCE / np.maximum(largest, MOST_RADIANCE))
             done += PASS
             if report is not None:
                 report(min(done, samples), samples)

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from clbrdf import fit
+from clbrdf import Fit, Scan, fit
+from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.tables import read_tables
 from clbrdf.formats.rgl.values import Reader
+from clbrdf.geometry import Directions
 from tests.formats.rgl.test_rgl_scans import SURFACE, scan_of
 
 
@@ -45,13 +47,9 @@ def test_export_of_a_fit_says_what_it_reached(run, fitted, tmp_path):
         assert word in text
     assert max(len(line) for line in text.splitlines()) <= 100
     reader = Reader(read_tables(out))
-    from clbrdf import Fit
-
     result = Fit.open(fitted)
     rng = np.random.default_rng(3)
     angles = rng.uniform(5, 78, 2000), rng.uniform(0, 80, 2000), rng.uniform(0, 360, 2000)
-    from clbrdf.geometry import Directions
-
     truth = result.evaluate(Directions.relative(*angles))
     assert (np.abs(reader.brdf(*angles) - truth).sum(axis=0) / truth.sum(axis=0) < 0.02).all()
     again, _, error = run("export", fitted, "-o", out)
@@ -75,7 +73,7 @@ def test_export_rgb_and_some_wavelengths(run, files, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--tolerance", "tiny"], "--tolerance 'tiny' is no number; write 0.5% or 0.005"),
+        (["--tolerance", "tiny"], "--tolerance 'tiny' is no positive number; write 0.5% or 0.005"),
         (["--tolerance", "0"], "--tolerance '0' is no positive number"),
         (["--wavelength", "blue"], "--wavelength: 'blue' is neither a number nor"),
         (["--rgb", "--illuminant", "D60"], "illuminant 'D60' is not known"),
@@ -102,6 +100,18 @@ def test_a_scan_in_plane_is_not_interpolated(run, files, tmp_path):
     assert "fit a model (clbrdf fit)" in error
 
 
+def test_hemispheres_of_black_coatings(run, coatings, tmp_path):
+    path = coatings / "black_coatings_hemisphere_650nm.csv"
+    assert run("import", path, "--sample", "AnoBlackEC1onAlum", "-o", tmp_path / "b.h5")[0] == 0
+    material, _ = scan_material(Scan.open(tmp_path / "b.h5"))
+    rng = np.random.default_rng(1)
+    angles = rng.uniform(10, 70, 500), rng.uniform(0, 80, 500), rng.uniform(0, 360, 500)
+    value = material.brdf(*angles, np.arange(1))
+    assert np.isfinite(value).all()
+    # What was measured spans 0.0055 to 1.8 1/sr.
+    assert 0.005 < value.min() < value.max() < 2.0
+
+
 def test_render_without_mitsuba(run, files, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mitsuba", None)
     status, out, error = run("render", files / "scan.h5", "-o", tmp_path / "x.png")
@@ -123,7 +133,7 @@ def test_render_beside_another(run, files, fitted, tmp_path):
     # One is a fit to the other, with a model that is not its own: alike, not the same.
     left, right = pixels[:100, :160].astype(float), pixels[:100, 164:].astype(float)
     assert np.abs(left - right).mean() < 20.0
-    assert left.std() > 20.0
+    assert left.std() > 12.0
 
 
 @pytest.mark.parametrize(

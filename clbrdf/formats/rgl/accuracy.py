@@ -23,6 +23,10 @@ NEAREST_HALF, FARTHEST_HALF = 0.05, 10.0
 """Degrees between half vector and normal, for the half of the directions around the mirror direction."""
 
 
+LIGHT_PART = 3.0
+"""By how much the error of the light over the hemisphere may exceed the tolerance."""
+
+
 @dataclass(frozen=True, eq=False)
 class Accuracy:
     """Errors of a file, each Σ|error| / Σ|f|, over directions and as said.
@@ -39,6 +43,9 @@ class Accuracy:
         Σ|f|, 1/sr.
     together : float
         Over all directions and bands.
+    light : float
+        Σ|error|·cosθr / Σ|f|·cosθr over the half that is uniform over the hemisphere, at the worst band or
+        over the bands of RGB together: what of the reflected light is wrong.
     directions : int
         How many.
     rgb : bool
@@ -50,6 +57,7 @@ class Accuracy:
     by_incident: Array
     size_by_incident: Array
     together: float
+    light: float
     directions: int
     rgb: bool
 
@@ -60,6 +68,14 @@ class Accuracy:
         A band of RGB is no quantity of its own: it can pass through 0.
         """
         return self.together if self.rgb else float(self.by_band.max())
+
+    @property
+    def binding(self) -> float:
+        """What has to be within a tolerance: `reached`, or a third of `light` where that is more.
+
+        In the sum over all directions a narrow lobe outweighs everything beside it.
+        """
+        return max(self.reached, self.light / LIGHT_PART)
 
     @property
     def worst_incident(self) -> tuple[float, float]:
@@ -103,15 +119,22 @@ def measure(
     """
     angles = check_directions(theta_i, views, seed)
     error, size = np.zeros((len(theta_i), len(bands))), np.zeros((len(theta_i), len(bands)))
+    lit = np.zeros((2, len(bands)))
     rows = max(1, 2_000_000 // (views * len(bands)))
     for start in range(0, len(theta_i), rows):
         block = slice(start * views, (start + rows) * views)
         part = [a[block] for a in angles]
         truth = material.brdf(part[0], part[1], part[2], bands)
         away = np.abs(reader.brdf(*part) - truth)
+        weight = np.cos(np.deg2rad(part[1])).reshape(-1, views)[:, views // 2 :, None]
+        for k, values in enumerate((away, np.abs(truth))):
+            lit[k] += (weight * values.reshape(-1, views, len(bands))[:, views // 2 :]).sum(axis=(0, 1))
         error[start : start + rows] = away.reshape(-1, views, len(bands)).sum(axis=1)
         size[start : start + rows] = np.abs(truth).reshape(-1, views, len(bands)).sum(axis=1)
     tiny = np.finfo(np.float64).tiny
+    rgb = material.wavelength is None
+    if rgb:
+        lit = lit.sum(axis=1, keepdims=True)
     return Accuracy(
         theta_i=theta_i,
         by_band=error.sum(axis=0) / np.maximum(size.sum(axis=0), tiny),
@@ -119,7 +142,8 @@ def measure(
         size_by_incident=size.sum(axis=1),
         together=float(error.sum() / max(size.sum(), tiny)),
         directions=len(angles[0]),
-        rgb=material.wavelength is None,
+        light=float((lit[0] / np.maximum(lit[1], tiny)).max()),
+        rgb=rgb,
     )
 
 

@@ -79,7 +79,8 @@ def export_material(
     """Return the tables of an RGL file whose error is within a tolerance.
 
     The error is Σ|error| / Σ|f| over directions with θi from 3° to 80° and θr up to 85°, half of them
-    around the mirror direction, at the worst wavelength (`accuracy`).
+    around the mirror direction, at the worst wavelength; that of the reflected light over the hemisphere
+    is at most three times as much (`accuracy`).
 
     Raises
     ------
@@ -108,7 +109,7 @@ def export_material(
             reader, bands = Reader(tables), material.every_band
             incidents = random_incidents(FINAL_INCIDENTS, FINAL_SEED)
             accuracy = measure(material, reader, bands, incidents, FINAL_VIEWS, FINAL_SEED)
-            reached = accuracy.reached
+            reached = accuracy.binding
             if reached <= tolerance:
                 beyond = measure(material, reader, bands, BEYOND_INCIDENTS, FINAL_VIEWS, FINAL_SEED)
                 seconds = time.perf_counter() - start
@@ -144,7 +145,7 @@ class _Search:
         stored = np.rad2deg(tables.theta_i.astype(np.float64))
         stored = stored[(stored > 1.0) & (stored <= LAST_INCIDENT)]
         sampled = measure(self.material, reader, probes, stored, PROBE_VIEWS, SEARCH_SEED)
-        return total.reached, min(sampled.reached, 0.9 * total.reached)
+        return total.binding, min(sampled.binding, 0.9 * total.binding)
 
     def next(self, count: int, side: int, total: float, sampled: float) -> tuple[int, int]:
         """Return the smallest grid that is predicted to keep the tolerance.

@@ -42,8 +42,11 @@ PROFILE_AZIMUTHS = 64
 PROFILE_FLOOR = 0.03
 """Of the peak: a steeper profile only moves the steepness into the spectra beside the lobe."""
 
-BESIDE = 0.6
+BESIDE = 0.5
 """Share of the samples that does not follow the BRDF."""
+
+FOLLOWED = 1.0 / 3.0
+"""Power of BRDF and solid angle that the others follow: the rule of `incidence`."""
 
 SMALLEST_COSINE = 0.15
 """Divisor of f·cosθr where the density follows it: samples must not thin out towards the horizon."""
@@ -163,7 +166,7 @@ def _density(material: Material, theta_i: float) -> Array:
     inside = theta_m < horizon(np.asarray(theta_i), phi_m) + BEYOND_HORIZON
     raised = np.maximum(np.where(cosine > 0.0, cosine, np.minimum(-cosine, SMALLEST_COSINE)), 2e-3)
     follows = _steer(material, theta_i, raised, phi) / np.maximum(raised, SMALLEST_COSINE)
-    lobe = np.where(inside, follows * _solid_angle(u[None, :], theta_m, dot), 0.0)
+    lobe = np.where(inside, (follows * _solid_angle(u[None, :], theta_m, dot)) ** FOLLOWED, 0.0)
     beside = np.where(inside, 0.5 + u[None, :], 0.0)
     return _rows_of_one((1.0 - BESIDE) * _rows_of_one(lobe) + BESIDE * _rows_of_one(beside))
 

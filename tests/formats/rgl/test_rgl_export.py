@@ -32,6 +32,7 @@ def test_the_tolerance_is_kept(name, tolerance):
     material = spectral(MATERIALS[name])
     made = export_material(material, tolerance)
     assert made.accuracy.reached <= tolerance
+    assert made.accuracy.light <= 3.0 * tolerance
     assert made.accuracy.worst_incident[1] < 3.0 * tolerance
     # Without the half of the directions near the mirror direction the sum has less of the lobe in it.
     assert independent_error(made, material).max() < 4.0 * tolerance
@@ -65,15 +66,16 @@ def test_nowhere_negative_and_not_brighter(name):
     for theta_i in (5.0, 45.0, 75.0):
         value = np.pi * Reader(tables).brdf(theta_i, theta_r, phi)[:, 0].mean()
         truth = np.pi * MATERIALS[name](theta_i, theta_r, phi).mean()
-        # The tolerance, 1 %, holds up to θr = 85°; the foil reflects a tenth of its light beyond.
+        # Three times the tolerance, as documented; that holds up to 85°, and the foil has light beyond.
         assert value == pytest.approx(truth, rel=0.03)
 
 
 def test_a_lambertian_surface_is_almost_exact():
     made = export_material(spectral(lambert(0.5)), 0.02)
     assert made.rounds == 1
-    # ρ/π, over θr up to 85°: the kink at the horizon is all that is left.
-    assert made.accuracy.reached < 0.005
+    # ρ/π, over θr up to 85°: the kink at the horizon is all that is left, on a grid of 20 × 20.
+    assert made.accuracy.reached < 0.015
+    assert export_material(spectral(lambert(0.5)), 0.001).accuracy.reached < 0.001
 
 
 def test_a_lobe_of_a_tenth_of_a_degree():
@@ -132,7 +134,7 @@ def test_the_grid_of_the_database_is_coarser_by_ten_times(name):
     made = export_material(material, 0.005)
     assert coarse.reached > 10.0 * made.accuracy.reached
     if name != "tin foil":
-        assert size_of(made.tables) < size_of(database)
+        assert size_of(made.tables) < 1.1 * size_of(database)
 
 
 def test_nothing_to_export():

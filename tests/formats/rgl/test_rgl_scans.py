@@ -126,20 +126,3 @@ def test_some_incident_zeniths_in_plane_only():
     material, remarks = scan_material(Scan.merge([whole, plane]))
     assert remarks == ("1 of 5 incident zeniths, measured in their plane only, are left out",)
     assert material.bands == 3
-
-
-def test_hemispheres_of_black_coatings(coatings):
-    from clbrdf.formats.columns import read_columns
-
-    path = coatings / "black_coatings_hemisphere_650nm.csv"
-    import csv
-
-    with open(path, encoding="utf-8") as stream:
-        sample = next(csv.DictReader(stream))["sample"]
-    material, _ = scan_material(read_columns([path], sample))
-    rng = np.random.default_rng(1)
-    value = material.brdf(
-        rng.uniform(10, 70, 500), rng.uniform(0, 80, 500), rng.uniform(0, 360, 500), np.arange(1)
-    )
-    assert np.isfinite(value).all()
-    assert (value > 0.0).all()
