@@ -102,6 +102,7 @@ def evaluate_reference(model: Model, parameters: Array, directions: Directions) 
     except ImportError as error:
         raise InputError("precision 'reference' needs mpmath; install it with: pip install mpmath") from error
     check_reflection(directions)
-    angles = list(zip(directions.theta_i, directions.theta_r, directions.phi, strict=True))
+    d = directions
+    angles = list(zip(d.theta_i, d.phi_i, d.theta_r, d.phi_r, strict=True))
     with mpmath.workdps(REFERENCE_DIGITS):
         return np.array([[float(model.reference(p, *a)) for p in parameters] for a in angles])

@@ -85,6 +85,13 @@ class Directions:
         return phi
 
     @property
+    def turn(self) -> Array:
+        """φr − φi, (N,), degrees, folded to (−180, 180]: exact next to 0, where `phi` counts from 360."""
+        turn = self.phi_r - self.phi_i
+        folded: Array = np.where(turn > 180.0, turn - 360.0, np.where(turn <= -180.0, turn + 360.0, turn))
+        return folded
+
+    @property
     def transmitted(self) -> npt.NDArray[np.bool_]:
         """(N,), True where the view direction lies beyond the surface, θr > 90°."""
         return np.greater(self.theta_r, 90.0)
@@ -254,13 +261,13 @@ def trigonometry(directions: Directions, dtype: type[np.floating] = np.float64) 
         A direction of transmission.
     """
     check_reflection(directions)
-    theta_i, theta_r, phi = directions.theta_i, directions.theta_r, directions.phi
+    theta_i, theta_r = directions.theta_i, directions.theta_r
 
     def sine(degrees: Array) -> Real:
         return np.sin(np.deg2rad(degrees).astype(dtype))
 
     h = (theta_i - theta_r) / 2.0
-    p = np.where(phi > 180.0, phi - 360.0, phi) / 2.0
+    p = directions.turn / 2.0
     return Trigonometry(
         sin_i=sine(theta_i),
         cos_i=sine(90.0 - theta_i),

@@ -108,8 +108,9 @@ def test_sums_over_ten_million_points(device):
         np.array([0, n], np.uint32),
         scale * measured,
         scale,
-        diffuse - 1e-9,
-        diffuse + 1e-9,
+        (diffuse - 1e-9)[None],
+        (diffuse + 1e-9)[None],
+        tuple(range(6)),
         np.zeros(1, np.uint32),
         device,
     )

@@ -90,7 +90,7 @@ def value_panel(device: Device) -> Panel:
     many = Directions.relative(
         rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14)
     )
-    sets = np.repeat(model.vector({})[None], 64, axis=0)
+    sets = np.repeat(model.defaults[None], 64, axis=0)
     for p in able(device):
         seconds = median_seconds(partial(evaluate_directions, model, sets, many, p, device), 5)
         for name, works in families.items():
@@ -129,8 +129,8 @@ def exact_objective(problem: Problem, sets: Array) -> Array:
     from clbrdf.bench.workload import workload_directions
     from clbrdf.evaluate import REFERENCE_DIGITS
 
-    directions = workload_directions()
-    angles = list(zip(directions.theta_i, directions.theta_r, directions.phi, strict=True))
+    d = workload_directions()
+    angles = list(zip(d.theta_i, d.phi_i, d.theta_r, d.phi_r, strict=True))
     with mpmath.workdps(REFERENCE_DIGITS):
         rows = list(zip(problem.scale[0].tolist(), problem.target[0].tolist(), angles, strict=True))
         squares = [[(s * problem.model.reference(p, *a) - t) ** 2 for s, t, a in rows] for p in sets]

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from clbrdf import units
 from clbrdf.errors import InputError
 from clbrdf.formats.bird_write import write
+from clbrdf.formats.reading import SURE as ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.table import long_reading
@@ -96,6 +97,8 @@ def read(path: Path) -> list[Reading]:
     keys = np.stack(angles, axis=1)
     metadata = content.get("metadata")
     notes = _notes(variables)
+    ours = _text(metadata, ("software",)).startswith("clbrdf")
+    stated = Stated(sure=ALL if ours else frozenset({"angle", "length", "origin"}))
     out = []
     for (source, detector), rows in groups.items():
         spectrum, columns = (np.empty(0), np.zeros(len(rows), np.intp))
@@ -108,7 +111,7 @@ def read(path: Path) -> list[Reading]:
         out.append(
             long_reading(
                 path, keys[rows], brdf[rows], columns, spectrum, () if waves is not None else ("monochrome",),
-                Stated(sure=frozenset({"origin"})), None if sigma is None else sigma[rows],
+                stated, None if sigma is None else sigma[rows],
                 sample=sample, instrument=_text(metadata, ("instrument", "provider")), notes=notes,
                 extra={"source_polarisation": source, "detector_polarisation": detector},
             )

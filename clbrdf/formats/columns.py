@@ -33,10 +33,11 @@ from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
 from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
 from clbrdf.formats.table import long_reading
 from clbrdf.formats.text import read_text
-from clbrdf.units import LONGEST, SHORTEST
+from clbrdf.units import LENGTH, LONGEST, SHORTEST
 
 Array = npt.NDArray[np.float64]
 
+MICROMETRE = LENGTH["um"]
 TEXT_ENDINGS = (".csv", ".tsv", ".txt", ".dat")
 
 
@@ -128,7 +129,7 @@ def _stated(columns: Mapping[str, Column], value: str) -> Stated:
     azimuth = "phi" in columns or {"phi_i", "phi_r"} <= columns.keys()
     return Stated(
         angle="deg" if has_unit else None,
-        length="nm" if "band" in columns or columns["wavelength"].factor is not None else None,
+        length=_length(columns),
         forward=180.0 if azimuth else None,
         cosine=value == "dsf",
         scale="pi" if value == "factor" else None if columns[value].factor is None else "1",
@@ -136,11 +137,21 @@ def _stated(columns: Mapping[str, Column], value: str) -> Stated:
     )
 
 
+def _length(columns: Mapping[str, Column]) -> str | None:
+    """Return the unit of wavelengths: µm as they stand, others in nm."""
+    if "band" in columns:
+        return "nm"
+    factor = columns["wavelength"].factor
+    return None if factor is None else "um" if factor == MICROMETRE else "nm"
+
+
 def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Block, rows: _Rows) -> None:
     """Take the numbers and texts of a block."""
 
     def put(name: str, column: str, empty: bool = False) -> Array:
         factor = columns[column].factor
+        if column == "wavelength" and factor == MICROMETRE:
+            factor = 1.0  # the guard looks at them as they stand
         values = sheet.numbers(block, columns[column].place, empty) * (1.0 if factor is None else factor)
         rows.numbers.setdefault(name, []).append(values)
         return values
@@ -193,7 +204,8 @@ def _wavelengths(
 ) -> None:
     wavelength = put("wavelength", "wavelength")
     check("wavelength", ~(np.isfinite(wavelength) & (wavelength > 0.0)), "is no wavelength of light")
-    light = (wavelength >= SHORTEST) & (wavelength <= LONGEST)
+    nm = wavelength * (MICROMETRE if columns["wavelength"].factor == MICROMETRE else 1.0)
+    light = (nm >= SHORTEST) & (nm <= LONGEST)
     # Where none is light, the unit is another, which the guard sees; where some are not, those are wrong.
     if light.any() and columns["wavelength"].factor is not None:
         rule = "is no wavelength of light in this unit; name the column wavelength_nm or wavelength_um"

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Decision, Options, decide
 from clbrdf.formats.reading import Reading
@@ -70,7 +72,9 @@ def load(
     for path in map(Path, paths):
         each = get_format(format_name) if format_name else find_format(path)
         names.append(each.name)
-        readings += [(path, each.title, reading) for reading in each.read(path)]
+        # What is not finite is flagged in the end; arithmetic with it is no news.
+        with np.errstate(all="ignore"):
+            readings += [(path, each.title, reading) for reading in each.read(path)]
     listed = list(dict.fromkeys(reading.sample for _, _, reading in readings))
     if sample is not None and sample not in listed:
         where = ", ".join(str(path) for path in paths)
@@ -80,7 +84,8 @@ def load(
     for path, title, reading in readings:
         if sample is not None and reading.sample != sample:
             continue
-        scan, decisions = decide(str(path), reading, options)
+        with np.errstate(all="ignore"):
+            scan, decisions = decide(str(path), reading, options)
         provenance = {"input": path.name, "format": title, **scan.provenance}
         key = "" if one_each else reading.sample
         parts.setdefault(key, []).append((replace(scan, provenance=provenance), decisions, reading.notes))

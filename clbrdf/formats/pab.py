@@ -22,7 +22,7 @@ WAVELENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 
 def sniff(head: Head) -> int:
     """Return whether a line #format names theta and phi."""
-    return SURE if re.search(r"^#\s*format:?\s+theta\s+phi\s+\w*dsf", head.text, re.MULTILINE) else NO
+    return SURE if re.search(r"^#\s*format:?\s+theta\s+phi\s+(bsdf|dsf)", head.text, re.MULTILINE) else NO
 
 
 def read(path: Path) -> list[Reading]:

@@ -16,6 +16,7 @@ from clbrdf.formats.guard.sample import Sample, make_sample
 from clbrdf.formats.guard.units import settle_angles, settle_spectrum
 from clbrdf.formats.reading import SCALES, Reading
 from clbrdf.formats.vectors import from_specular
+from clbrdf.geometry import ANGLES
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -47,6 +48,7 @@ def decide(path: str, reading: Reading, options: Options | None = None) -> tuple
         option that decides. Also angles out of range.
     """
     chosen = options or Options()
+    _check_finite(path, reading)
     reading, decisions = settle_angles(path, reading, chosen)
     nm, bands, said = settle_spectrum(path, reading, chosen)
     decisions += said
@@ -69,6 +71,19 @@ def decide(path: str, reading: Reading, options: Options | None = None) -> tuple
     factor, said = _scale(path, reading, sample, chosen)
     decisions += said
     return _scan(reading, nm, bands, forward, divide, factor, decisions), tuple(decisions)
+
+
+def _check_finite(path: str, reading: Reading) -> None:
+    for name in ANGLES:
+        bad = ~np.isfinite(getattr(reading, name))
+        if bad.any():
+            place = int(np.argmax(bad))
+            where = f"direction {place + 1}"
+            if reading.lines is not None:
+                where = f"line {reading.lines[place]:.0f}"
+            raise InputError(
+                f"{path}, {where}: {name} is {getattr(reading, name)[place]:g}; it has to be finite"
+            )
 
 
 def _signed(reading: Reading) -> Reading:
@@ -99,9 +114,11 @@ def _origin(path: str, reading: Reading, options: Options) -> tuple[Reading, lis
         origin, why = options.origin, "--origin"
     elif "origin" not in stated.sure:
         found = evidence.peaks(_sample(reading))
-        if found.at == "centre" and origin == "normal":
+        shifted = evidence.reach(reading.theta_i, reading.theta_r)
+        if origin == "normal" and (found.at == "centre" or shifted):
+            seen = found.words if found.at == "centre" else shifted
             raise InputError(
-                f"{path}: {found.words}, which would be counted from the specular direction; settle it with"
+                f"{path}: {seen}, as when view angles are counted from the specular direction; settle it with"
                 " --origin specular, or --origin normal to take the angles as they are"
             )
     if origin == "normal":

@@ -115,6 +115,25 @@ def _ratios(theta_i: float, signed: Array, values: Array) -> list[float]:
     return list(front[good] / back[good])
 
 
+def reach(theta_i: Array, theta_r: Array) -> str:
+    """Say that view zeniths pass 90° and end higher the higher the incident one is, "" where they do not.
+
+    Angles about the specular direction end at θi + 90° or before; zeniths of transmission end at 180°.
+    """
+    if theta_r.max() <= 90.0:
+        return ""
+    incidences, back = np.unique(np.round(theta_i, 1), return_inverse=True)
+    ends = np.zeros(len(incidences))
+    np.maximum.at(ends, back.reshape(-1), theta_r)
+    if len(incidences) < 2 or len(incidences) > 200 or (ends > incidences + 90.0 + 1e-6).any():
+        return ""
+    slope = float(np.polyfit(incidences, ends, 1)[0])
+    if slope < 0.5:
+        return ""
+    first, last = (f"{ends[k]:.0f}° for θi = {incidences[k]:g}°" for k in (0, -1))
+    return f"view zeniths end at {first} and at {last}"
+
+
 @dataclass(frozen=True)
 class Cosine:
     """Whether values look as if multiplied by cosθr.

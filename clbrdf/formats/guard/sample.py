@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 MOST_ROWS = 200_000
 MOST_COLUMNS = 16
 MOST_GROUPS = 8
-FEW = 8
+FEW = 5
 """Directions that a group of one incidence needs."""
 
 MOST_INCIDENCES, SMALL = 1000, 100

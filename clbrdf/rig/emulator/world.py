@@ -144,7 +144,9 @@ def _surface(settings: EmulatorSettings, wavelength: Array) -> Callable[[Directi
         return _scan_surface(Scan.open(settings.scan), wavelength)
     model = get_model(settings.model)
     curves = model_curves(settings.parameters)
-    vector = np.atleast_2d(model.vector(curves(wavelength)))[:, None, :]
+    named = curves(wavelength)
+    named |= {row.name: wavelength for row in model.parameters if row.given == "wavelength"}
+    vector = np.atleast_2d(model.vector(named))[:, None, :]
 
     def brdf(directions: Directions) -> Array:
         return np.broadcast_to(model.brdf(vector, model.features(directions))[:, 0], wavelength.shape)
