@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from clbrdf.colour import check_spectrum, colour_weights
 from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
-from clbrdf.viz.colour import check_spectrum, chromatic_rgb, colour_weights
+from clbrdf.viz.colour import chromatic_rgb
 from clbrdf.viz.colour_bar import value_paint
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe

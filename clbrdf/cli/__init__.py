@@ -20,6 +20,7 @@ COMMANDS = {
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
     "export": "write a fit or a scan in other people's formats",
+    "render": "picture a material on a sphere and a panel, by Mitsuba",
     "evaluate": "print model values as a table",
     "simulate": "simulate a scene with the instrument effects it asks for",
     "measure": "run a measurement plan on the rig",

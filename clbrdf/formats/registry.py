@@ -14,6 +14,7 @@ from clbrdf.formats.text import CONTROL, MARKS, check_file
 from clbrdf.scan import Scan
 
 MODULES = (
+    "rgl.format",
     "merl",
     "utia",
     "zemax",
