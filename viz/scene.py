@@ -252,7 +252,7 @@ class Scene:
 
     def overlay_name(self, entry: Entry) -> str:
         """Name of one of several lobes in one panel."""
-        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.wavelength[entry.column]:g} nm"
+        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.label(entry.column)}"
 
     def notes(self) -> list[str]:
         """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""

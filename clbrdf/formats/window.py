@@ -7,6 +7,7 @@ reflection, too. Sources: LBNL, Window BSDF schema 1.x; Klems 1994, ASHRAE Trans
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
 
+DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 SIDES = ("front", "back")
 KINDS = ("transmission", "reflection")
 
@@ -49,7 +51,10 @@ def read(path: Path) -> list[Reading]:
     if "<!ENTITY" in text:
         raise InputError(f"{path}: defines entities, which no WINDOW file needs; refused")
     try:
-        root = ET.fromstring(text.encode("utf-8"))
+        # The text is decoded already, whatever encoding its first line names.
+        root = ET.fromstring(DECLARATION.sub("", text, count=1))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: no XML that can be read ({type(error).__name__})") from None
     except ET.ParseError as error:
         line = error.position[0]
         raise InputError(

@@ -53,7 +53,7 @@ def check(path: Path) -> str:
 
 def run(folder: Path, contents: dict[str, bytes], count: int, seed: int) -> dict[str, Counter]:
     out = {name: Counter() for name in contents}
-    names = list(contents)
+    names, failures = list(contents), {}
     for k in range(count):
         name = names[k % len(names)]
         rng = np.random.default_rng([seed, k])
@@ -62,9 +62,8 @@ def run(folder: Path, contents: dict[str, bytes], count: int, seed: int) -> dict
         try:
             out[name][check(path)] += 1
         except Exception as error:
-            raise AssertionError(
-                f"{name}, seed {seed}, number {k}: {type(error).__name__}: {error}"
-            ) from error
+            failures[f"{name}: {type(error).__name__}: {error}"[:200]] = k
+    assert not failures, f"seed {seed}: {failures}"
     return out
 
 
