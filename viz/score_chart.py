@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def score_chart(choice: Choice) -> Figure:
     axes.barh(places, shown - low, left=low, height=0.7, color=colours)
     marked = np.unique(np.linspace(0, len(choice.theta_i) - 1, MOST_ANGLES).round().astype(int))
     for k, colour in zip(marked, SERIES, strict=False):
-        style = {"s": 26, "color": colour, "edgecolor": "white", "linewidth": 0.6, "zorder": 3}
+        style: dict[str, Any] = {"s": 26, "color": colour, "edgecolor": "white", "zorder": 3}
         axes.scatter(by_angle[:, k], places, label=f"θi = {choice.theta_i[k]:.3g}°", **style)
     axes.set_xscale("log")
     axes.set_xlim(left=low)

@@ -101,9 +101,9 @@ def made_scan(seed: int, systematic: float) -> Scan:
     field = systematic_field(theta_i, signed, signs)
     measured = exact * (1.0 + systematic * field[:, None])
     measured *= 1.0 + NOISE * noise.standard_normal(exact.shape)
-    return Scan(
-        theta_i, 0.0, np.abs(signed), phi, WAVELENGTHS, measured, sigma=NOISE * measured, sample="made"
-    )
+    zero, wavelength = np.zeros(1), np.array(WAVELENGTHS)
+    sigma = NOISE * measured
+    return Scan(theta_i, zero, np.abs(signed), phi, wavelength, measured, sigma=sigma, sample="made")
 
 
 def systematic_field(theta_i: Array, signed: Array, random: np.random.Generator) -> Array:
@@ -128,7 +128,8 @@ def run(
     report: Report = silent,
 ) -> list[Outcome]:
     """Choose on made scans, one for each seed and size of the systematic error."""
-    out, total = [], len(seeds) * len(systematic)
+    out: list[Outcome] = []
+    total = len(seeds) * len(systematic)
     for size in systematic:
         for seed in seeds:
             report(len(out), total)

@@ -95,7 +95,7 @@ def resolve(
         asked += default_candidates(scan) if is_all else [entry]
     if not asked:
         raise InputError(f"no models to compare; name some, as in ggx+lambert,eon, or {ALL_DEFAULTS}")
-    found = {}
+    found: dict[str, Model] = {}
     for entry in asked:
         model = get_model(entry, force=force)
         found.setdefault(model.name, model)

@@ -36,6 +36,7 @@ def choice_content(choice: Choice) -> dict[str, Any]:
         "without_one_angle": list(choice.steady),
         "theta_i": choice.theta_i.tolist(),
         "wavelength": choice.fit.wavelength[choice.places].tolist(),
+        "columns": [choice.fit.scan.labels[k] for k in choice.places],
         "wavelengths": len(choice.fit.wavelength),
         "skipped": [{"model": s.model, "reason": s.reason} for s in choice.skipped],
         "provenance": dict(choice.fit.provenance),
@@ -44,8 +45,8 @@ def choice_content(choice: Choice) -> dict[str, Any]:
 
 
 def _content(row: Ranked) -> dict[str, Any]:
-    numbers = ("predicted", "above", "standard_error", "relative_rms", "aicc", "bic", "chi2_reduced")
-    numbers += ("lag_one", "exchange", "reflectance", "cut", "milliseconds")
+    numbers = ["predicted", "above", "standard_error", "relative_rms", "aicc", "bic", "chi2_reduced"]
+    numbers += ["lag_one", "exchange", "reflectance", "cut", "milliseconds"]
     return {
         "model": row.model,
         "parameters_fitted": row.free,

@@ -71,6 +71,8 @@ def command(
         check_output(json, overwrite)
     count, fixed = _count(wavelengths), _fixed(fix)
     measured, chosen_device = Scan.open(scan), choose_device(device)
+    if report is not None and measured.bands:
+        raise InputError(f"--report: a report draws over wavelengths, and {scan} has bands; leave it out")
     given = weights if weights is None or weights in WEIGHTS else read_weights(Path(weights), measured)
     with progress_bar("models compared") as progress:
         choice = choose(
@@ -85,7 +87,12 @@ def command(
             device=chosen_device,
             report=progress,
         )
-    options = {"models": models, "weights": weights, "fix": fix, "wavelengths": wavelengths}
+    options: dict[str, object] = {
+        "models": models,
+        "weights": weights,
+        "fix": fix,
+        "wavelengths": wavelengths,
+    }
     options |= {"method": method, "seed": seed, "force": "yes" if force else None}
     told = {**choice.fit.provenance, "weights": choice.weights if weights in (None, *WEIGHTS) else weights}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))

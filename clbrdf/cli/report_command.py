@@ -11,6 +11,7 @@ from clbrdf.choose import Choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite
 from clbrdf.device import choose_device
+from clbrdf.errors import InputError
 from clbrdf.fit import Fit
 
 
@@ -33,6 +34,12 @@ def command(
 
     choice = Choice.open(fit) if Choice.is_in(fit) else None
     result = Fit.open(fit) if choice is None else choice.fit
+    if result.scan.bands:
+        names = ", ".join(result.scan.bands)
+        raise InputError(
+            f"{fit}: a report draws over wavelengths, and the fit has the bands {names};"
+            " 'clbrdf info' shows its table"
+        )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
         files, missing = write_report(result, output, overwrite, chosen, report, choice)
