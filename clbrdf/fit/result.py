@@ -229,7 +229,7 @@ def _write(fit: Fit, group: h5py.Group) -> None:
 
 def _read(entry: h5py.Group) -> Fit:
     group = entry["fit"]
-    model = get_model(hdf5.read_text(group, "model"))
+    model = get_model(hdf5.read_text(group, "model"), force=True)
     data = group["parameters"]
     arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
     names = [str(name) for name in group["status"].attrs["names"]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -102,10 +103,10 @@ class Model:
         return tuple(j for j, p in enumerate(self.parameters) if p.linear)
 
     def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
-        # Models are found by name in another process too.
+        # Models are found by name in another process too; what was forced once is not asked again.
         from clbrdf.models import get_model
 
-        return get_model, (self.origin,)
+        return partial(get_model, force=True), (self.origin,)
 
     def vector(self, parameters: Mapping[str, npt.ArrayLike]) -> Array:
         """Stack named values to (P,) or (W, P), with defaults where a name is missing.

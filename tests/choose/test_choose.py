@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import h5py
@@ -179,6 +180,15 @@ def test_mistakes_are_told_in_one_line(made_scan, models, given, message):
     with pytest.raises(InputError, match=message) as caught:
         choose(made_scan, models, **given)
     assert "\n" not in str(caught.value)
+
+
+def test_forced_sums_are_read_back(made_scan, tmp_path):
+    found = choose(made_scan, ["hapke+ross_li"], force=True)
+    found.save(tmp_path / "fit.h5")
+    again = Choice.open(tmp_path / "fit.h5")
+    assert again.chosen == again.fit.model.name == "hapke+ross_li"
+    np.testing.assert_array_equal(again.values("hapke+ross_li"), found.values("hapke+ross_li"))
+    assert pickle.loads(pickle.dumps(found.fit.model)).name == "hapke+ross_li"
 
 
 def test_two_incident_angles_are_too_few(made_scan):

@@ -8,7 +8,7 @@ import pytest
 from clbrdf import choose
 from clbrdf.bench.choice import LEAD, NOISE, TRUTH, made_scan, refusals, run, systematic_field, truths
 from clbrdf.device import choose_device
-from clbrdf.formats.columns import read_columns
+from clbrdf.formats.load import load_one
 
 FILES = {
     "black_coatings_in_plane.csv": (
@@ -25,7 +25,7 @@ SAMPLES = [(file, sample) for file, names in FILES.items() for sample in names]
 def test_real_coatings_are_described_better(coatings):
     ratios, kept, dropped = [], 0, 0
     for file, sample in SAMPLES:
-        scan = read_columns([coatings / file], sample)
+        scan = load_one([coatings / file], sample)
         choice = choose(scan, weights="relative")
         ratios.append(choice.of(choice.chosen).relative_rms / choice.of("wang2013").relative_rms)
         told = []
