@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.choose.angles import incident_groups
-from clbrdf.choose.candidates import DEFAULT_CANDIDATES, Skipped, fixed_of, resolve, sift
+from clbrdf.choose.candidates import DEFAULT_CANDIDATES, Skipped, fixed_of, resolve, sift, thin_wavelengths
 from clbrdf.choose.rank import Work, rank_one
 from clbrdf.choose.residuals import worst_places
 from clbrdf.choose.result import Choice, Ranked
@@ -97,9 +97,10 @@ def choose(
     scan = scan.reflection()
     named = usual_weights(scan) if weights is None else weights
     g, where = weight_matrix(scan, named), device or choose_device()
-    places = _ranked_places(g, wavelengths)
+    groups = incident_groups(scan)
+    thin = thin_wavelengths(scan, models_asked, given, g > 0.0, groups)
+    places = _ranked_places(np.where(thin, 0.0, g), wavelengths)
     part = scan.columns(places)
-    groups = incident_groups(part)
     known = {name: _at(value, places, len(scan.wavelength)) for name, value in given.items()}
     candidates, skipped = sift(part, models_asked, known, g[:, places] > 0.0, groups)
     work = Work(part, groups, g[:, places], named, method, seed, where)
@@ -132,6 +133,7 @@ def choose(
         theta_i=groups.theta_i,
         places=places,
         skipped=tuple(skipped),
+        thin=tuple(scan.labels[k] for k in np.flatnonzero(thin)),
         verdict=verdict(figures),
         misfit=tuple(place.words() for place in worst_places(part, work.weights, values, groups)),
         weights=final.provenance["weights"],

@@ -110,6 +110,32 @@ def fixed_of(model: Model, fix: Mapping[str, npt.ArrayLike]) -> dict[str, npt.Ar
     return {own: fix[name] for own in model.names for name in (own, own.split(".")[-1]) if name in fix}
 
 
+def thin_wavelengths(
+    scan: Scan,
+    models: Sequence[Model],
+    fix: Mapping[str, npt.ArrayLike],
+    used: npt.NDArray[np.bool_],
+    groups: AngleGroups,
+) -> npt.NDArray[np.bool_]:
+    """Return where a wavelength has values, but too few for one of the models without some angle, (W,).
+
+    A ranking leaves them out, so that one wavelength that was hardly measured does not shut out models; none
+    is thin where all are.
+    """
+    free = [_free(scan, model, fix) for model in models]
+    left = [used.sum(axis=0) - used[groups.group == k].sum(axis=0) for k in range(len(groups.theta_i))]
+    thin = used.any(axis=0) & (np.min(left, axis=0) <= max(free))
+    return thin if (used.any(axis=0) & ~thin).any() else np.zeros_like(thin)
+
+
+def _free(scan: Scan, model: Model, fix: Mapping[str, npt.ArrayLike]) -> int:
+    """Count the parameters that are fitted; 0 for a model that cannot be fitted."""
+    try:
+        return len(model.parameters) - len(given_parameters(scan, model, fixed_of(model, fix)))
+    except InputError:
+        return 0
+
+
 def sift(
     scan: Scan,
     models: Sequence[Model],

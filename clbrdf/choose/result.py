@@ -106,6 +106,8 @@ class Choice:
         Wavelengths of the scan that the ranking is made at.
     skipped : tuple of Skipped
         Models that were not compared, and why.
+    thin : tuple of str
+        Wavelengths that the ranking leaves out: too few values there for some of the models.
     verdict : str
         In words: "" where nothing speaks against the chosen model, else why no model fits.
     misfit : tuple of str
@@ -118,12 +120,13 @@ class Choice:
     theta_i: Array
     places: npt.NDArray[np.intp]
     skipped: tuple[Skipped, ...] = ()
+    thin: tuple[str, ...] = ()
     verdict: str = ""
     misfit: tuple[str, ...] = ()
     weights: str = field(default="")
 
     def __post_init__(self) -> None:
-        for name in ("ranking", "skipped", "misfit"):
+        for name in ("ranking", "skipped", "thin", "misfit"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         read_only(self.theta_i)
         read_only(self.places)

@@ -39,7 +39,7 @@ def write(choice: Choice, group: h5py.Group) -> None:
     group["program"] = "clbrdf"
     for name in ("chosen", "verdict", "weights"):
         group[name] = getattr(choice, name)
-    group["misfit"] = list(choice.misfit)
+    group["misfit"], group["thin"] = list(choice.misfit), list(choice.thin)
     group["models"] = [row.model for row in choice.ranking]
     group["skipped"] = [row.model for row in choice.skipped]
     group["skipped_because"] = [row.reason for row in choice.skipped]
@@ -88,6 +88,7 @@ def read(choice: Callable[..., Choice], ranked: Callable[..., Any], fit: Fit, gr
         places=group["places"][()].astype(np.intp),
         skipped=tuple(Skipped(*pair) for pair in zip(_texts(group, "skipped"), reasons, strict=True)),
         misfit=_texts(group, "misfit"),
+        thin=_texts(group, "thin"),
         **{name: hdf5.read_text(group, name) for name in ("chosen", "verdict", "weights")},
     )
 

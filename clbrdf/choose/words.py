@@ -10,6 +10,9 @@ from clbrdf.choose.rule import FAR_WORSE
 MOST_ANGLES = 8
 """Incident angles that have a column of their own."""
 
+MOST_THIN = 8
+"""Wavelengths that are named."""
+
 EXCHANGE_MARGIN = 1e-4
 """Factors nearer to 1 are rounding."""
 
@@ -75,6 +78,10 @@ def choice_words(choice: Choice) -> list[str]:
         " σr). '± best': by how many paired standard errors (se) it is worse than the best; far: its mean"
         f" square is more than {FAR_WORSE:g} times as large."
     ]
+    if choice.thin:
+        count, listed = len(choice.thin), ", ".join(choice.thin[:MOST_THIN])
+        more = ", …" if count > MOST_THIN else ""
+        lines.append(f"Not in the ranking, for too few values to fit every model: {listed}{more}.")
     if chosen is best:
         lines.append(
             f"{chosen.model} predicts best, and no simpler model is within one standard error of it."

@@ -33,6 +33,7 @@ def choice_content(choice: Choice) -> dict[str, Any]:
         "weights": choice.weights,
         "verdict": choice.verdict,
         "misfit": list(choice.misfit),
+        "thin": list(choice.thin),
         "without_one_angle": list(choice.steady),
         "theta_i": choice.theta_i.tolist(),
         "wavelength": choice.fit.wavelength[choice.places].tolist(),

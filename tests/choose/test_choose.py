@@ -83,7 +83,7 @@ def test_saved_and_opened(choice, tmp_path):
     choice.save(path)
     assert Choice.is_in(path)
     again = Choice.open(path)
-    for name in ("chosen", "verdict", "misfit", "skipped", "weights", "steady"):
+    for name in ("chosen", "verdict", "misfit", "skipped", "thin", "weights", "steady"):
         assert getattr(again, name) == getattr(choice, name)
     np.testing.assert_array_equal(again.places, choice.places)
     for one, other in zip(again.ranking, choice.ranking, strict=True):
@@ -180,6 +180,20 @@ def test_mistakes_are_told_in_one_line(made_scan, models, given, message):
     with pytest.raises(InputError, match=message) as caught:
         choose(made_scan, models, **given)
     assert "\n" not in str(caught.value)
+
+
+def test_a_wavelength_that_was_hardly_measured_shuts_out_no_model(made_scan, tmp_path):
+    flags = np.zeros(made_scan.brdf.shape, int)
+    flags[np.abs(made_scan.theta_r) != 15.0, 0] = 1  # 500 nm: 2 values left at each incident angle
+    found = choose(replace(made_scan, flags=flags), ["lambert", "ggx+ggx+lambert"])
+    assert found.skipped == ()
+    assert found.thin == ("500 nm",)
+    assert found.places.tolist() == [1]
+    assert found.fit.vector.shape[0] == 2
+    found.save(tmp_path / "fit.h5")
+    assert Choice.open(tmp_path / "fit.h5").thin == ("500 nm",)
+    # Among models that the few values are enough for, it counts.
+    assert choose(replace(made_scan, flags=flags), ["lambert", "minnaert"]).places.tolist() == [0, 1]
 
 
 def test_forced_sums_are_read_back(made_scan, tmp_path):
