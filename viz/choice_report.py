@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from clbrdf.choose.result import Choice
-from clbrdf.choose.words import RANKING, choice_words, details, ranking_row
+from clbrdf.choose.words import RANKING, choice_words, details, misfit_words, ranking_row
 from clbrdf.viz.report_parts import figure, section, table
 from clbrdf.viz.residual_maps import residual_maps, shown_models
 from clbrdf.viz.score_chart import score_chart
@@ -14,7 +14,7 @@ from clbrdf.viz.score_chart import score_chart
 def choice_sections(choice: Choice) -> list[str]:
     """Return the sections that stand before those of the fit."""
     words = "".join(f"<p>{escape(line)}</p>" for line in choice_words(choice))
-    places = "".join(f"<li>{escape(text)}</li>" for text in choice.misfit)
+    places = "".join(f"<li>{escape(text)}</li>" for text in misfit_words(choice))
     ranking = table(list(RANKING), [list(ranking_row(choice, row)) for row in choice.ranking])
     heads, rows = details(choice)
     skipped = "".join(

@@ -10,6 +10,9 @@ from clbrdf.choose.rule import FAR_WORSE
 MOST_ANGLES = 8
 """Incident angles that have a column of their own."""
 
+MEETS = 1.2
+"""Reduced chi-squared up to which residuals are what the uncertainties allow."""
+
 MOST_THIN = 8
 """Wavelengths that are named."""
 
@@ -101,14 +104,29 @@ def choice_words(choice: Choice) -> list[str]:
         )
     if choice.verdict:
         lines.append(choice.verdict[0].upper() + choice.verdict[1:] + ".")
-    elif np.isnan(best.chi2_reduced):
+    elif chosen.chi2_reduced <= MEETS:
+        lines.append(
+            f"{chosen.model} leaves a reduced chi-squared of {chosen.chi2_reduced:.3g}: about what the scan's"
+            " uncertainties allow."
+        )
+    elif np.isfinite(chosen.chi2_reduced):
+        lines.append(
+            f"{chosen.model} leaves a reduced chi-squared of {chosen.chi2_reduced:.3g}, more than the scan's"
+            " uncertainties allow."
+        )
+    else:
         lines.append(
             "Whether any model fits is not known: the weights are not the scan's uncertainties. A correlation"
             " of neighbouring residuals (lag 1) near 0 would be noise, one near 1 is a misfit."
         )
-    if choice.misfit:
+    if misfit_words(choice):
         lines.append(f"Where {chosen.model} misses most:")
     return lines
+
+
+def misfit_words(choice: Choice) -> tuple[str, ...]:
+    """Return where the chosen model misses most; nothing where its residuals are what uncertainties allow."""
+    return () if choice.of(choice.chosen).chi2_reduced <= MEETS else choice.misfit
 
 
 def _number(value: float, digits: int) -> str:

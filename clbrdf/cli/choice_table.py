@@ -7,7 +7,7 @@ from typing import Any
 from rich.padding import Padding
 
 from clbrdf.choose import Choice, Ranked
-from clbrdf.choose.words import RANKING, choice_words, details, ranking_row
+from clbrdf.choose.words import RANKING, choice_words, details, misfit_words, ranking_row
 from clbrdf.cli.console import print_table, stdout_console
 
 
@@ -21,7 +21,7 @@ def print_choice(title: str, choice: Choice) -> None:
         print_table("", ("not compared", ""), [[s.model, s.reason] for s in choice.skipped], left=2)
     for line in choice_words(choice):
         console.print(line)
-    for text in choice.misfit:
+    for text in misfit_words(choice):
         console.print(Padding(text, (0, 0, 0, 2)))
 
 
