@@ -1,44 +1,35 @@
-"""The rig file: which instruments hang on which ports, how the goniometer is built, what is safe."""
+"""The rig file: which instruments there are, how the goniometer is built, what is safe.
+
+Each of the sections `stages`, `spectrometer` and `reference` names a driver, and that driver says which
+keys the section has besides those given here (:mod:`clbrdf.rig.drivers`).
+"""
 
 from __future__ import annotations
 
+import json
+import tomllib
+from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, create_model, model_validator
 
 from clbrdf.errors import InputError
-from clbrdf.rig.drivers import get_driver
+from clbrdf.rig.drivers import axis_of, connection_of, get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
+from clbrdf.rig.zones import Zone
 from clbrdf.tomlfile import Settings, load_toml
 
 AXES = ("lamp", "turn", "pitch")
 """The three axes, in the order of every axis array."""
 
+ROLES = ("stages", "spectrometer", "reference")
+
+Axis = Literal["lamp", "turn", "pitch"]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
-
-
-class PortSettings(Settings):
-    """A serial port.
-
-    Attributes
-    ----------
-    port : str
-        Path, relative to the rig file.
-    baud : int
-        Bits per second.
-    patience : float
-        Margin on every deadline, s.
-    reply_time : float
-        Longest time the instrument takes to begin a reply, s.
-    """
-
-    port: str
-    baud: Annotated[int, Field(ge=300, le=4_000_000)]
-    patience: Annotated[float, Field(gt=0.0, le=60.0)] = 0.3
-    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.02
 
 
 class StageSettings(Settings):
@@ -46,8 +37,8 @@ class StageSettings(Settings):
 
     Attributes
     ----------
-    address : int
-        On the line, 1 to 31.
+    driver : str
+        Of this axis alone, where it differs from that of the others and shares no line with them.
     limits : (float, float)
         Lowest and highest rig angle, degrees, inside the hard limits.
     velocity, acceleration : float
@@ -58,7 +49,7 @@ class StageSettings(Settings):
         1, or −1 where the stage turns the other way.
     """
 
-    address: Annotated[int, Field(ge=1, le=31)]
+    driver: str = ""
     limits: tuple[Angle, Angle]
     velocity: Positive = 20.0
     acceleration: Positive = 80.0
@@ -99,30 +90,88 @@ class StageSettings(Settings):
         return distance / self.velocity + self.velocity / self.acceleration
 
 
-class StagesSettings(PortSettings):
-    """The line of the three stages; tolerance in degrees, times in s."""
+class ZoneSettings(Settings):
+    """Ranges of axes that must not be held together, degrees; an axis that is left out counts at any angle."""
+
+    lamp: tuple[Angle, Angle] = (-360.0, 360.0)
+    turn: tuple[Angle, Angle] = (-360.0, 360.0)
+    pitch: tuple[Angle, Angle] = (-360.0, 360.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> ZoneSettings:
+        for name in AXES:
+            low, high = getattr(self, name)
+            if not low < high:
+                raise ValueError(f"{name} is [{low:g}, {high:g}]; give the lower angle first")
+        if all(getattr(self, name) == (-360.0, 360.0) for name in AXES):
+            raise ValueError("names no axis: nothing could ever be reached")
+        return self
+
+
+class StagesSettings(Settings):
+    """The three stages.
+
+    Attributes
+    ----------
+    tolerance : float
+        Between target and position, and between two readings of it, degrees; a servo hunts.
+    poll, settle : float
+        Between two looks at a moving stage, and after it has arrived, s.
+    homing_time, reset_time, move_time : float
+        Longest time to home one stage and to reset it, and what a move may take beyond the time that
+        follows from velocity and acceleration, s.
+    homing_order : tuple of str
+        One axis after the other.
+    park : (float, float, float) or None
+        Rig angles to leave the stages at, degrees.
+    zones : tuple of ZoneSettings
+        Where they would collide.
+    """
 
     driver: str = "smc100"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 57600
     tolerance: Positive = 0.002
     poll: NotNegative = 0.02
     settle: NotNegative = 0.0
     homing_time: Positive = 60.0
     reset_time: Positive = 10.0
-    lamp: StageSettings
-    turn: StageSettings
-    pitch: StageSettings
+    move_time: NotNegative = 0.3
+    homing_order: tuple[Axis, Axis, Axis] = AXES
+    park: tuple[Angle, Angle, Angle] | None = None
+    zones: tuple[ZoneSettings, ...] = ()
+    lamp: SerializeAsAny[StageSettings]
+    turn: SerializeAsAny[StageSettings]
+    pitch: SerializeAsAny[StageSettings]
 
     @model_validator(mode="after")
     def _check(self) -> StagesSettings:
-        get_driver("stages", self.driver)
-        addresses = [getattr(self, name).address for name in AXES]
-        if len(set(addresses)) < len(addresses):
-            raise ValueError(f"addresses are {addresses}; each stage needs its own")
+        if set(self.homing_order) != set(AXES):
+            raise ValueError(f"homing_order is {list(self.homing_order)}; give each of {', '.join(AXES)} once")
+        for key in ("address", "serial", "axis"):
+            values = [getattr(getattr(self, name), key, None) for name in AXES]
+            own = [value for value in values if value is not None]
+            if len(set(own)) < len(own):
+                raise ValueError(f"{_plural(key)} are {own}; each stage needs its own")
+        for name, angle in zip(AXES, self.park or (), strict=False):
+            low, high = getattr(self, name).limits
+            if not low <= angle <= high:
+                raise ValueError(f"park puts {name} at {angle:g}°, outside its limits [{low:g}, {high:g}]")
         return self
 
+    def driver_of(self, name: str) -> str:
+        """Return the name of the driver of an axis."""
+        return str(getattr(self, name).driver) or self.driver
 
-class SpectrometerSettings(PortSettings):
+    @property
+    def boxes(self) -> tuple[Zone, ...]:
+        """The collision zones in the order of the axes."""
+        return tuple((zone.lamp, zone.turn, zone.pitch) for zone in self.zones)
+
+
+def _plural(key: str) -> str:
+    return {"address": "addresses", "serial": "serial numbers", "axis": "axes"}[key]
+
+
+class SpectrometerSettings(Settings):
     """The spectrometer and what its counts are worth.
 
     Attributes
@@ -131,23 +180,32 @@ class SpectrometerSettings(PortSettings):
         For the counting noise.
     read_noise : float
         Standard deviation of a dark frame, counts, quantisation included.
+    relative_noise : float
+        Standard deviation of a scan that grows with its signal (power meters, lock-ins), relative.
     bias : float
         Counts at zero time and no light; they carry no counting noise.
+    full_scale : int or None
+        Count at which it saturates, where that is less than its largest number.
+    margin : float
+        Share of full scale above which a count is taken for saturated.
+    shutter_time : float
+        From the shutter's command until it is open or closed for good, s.
+    least_signal : float
+        How many times its noise the direct beam has to be, in the median over the pixels used.
     """
 
     driver: str = "obp"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
     electrons_per_count: Positive = 2.0
     read_noise: NotNegative = 3.0
+    relative_noise: NotNegative = 0.0
     bias: NotNegative = 1500.0
+    full_scale: Annotated[int, Field(ge=1, le=2**32 - 1)] | None = None
+    margin: Annotated[float, Field(gt=0.1, le=1.0)] = 0.95
+    shutter_time: Annotated[float, Field(ge=0.0, le=60.0)] = 0.2
+    least_signal: Annotated[float, Field(ge=3.0)] = 10.0
 
-    @model_validator(mode="after")
-    def _check(self) -> SpectrometerSettings:
-        get_driver("spectrometer", self.driver)
-        return self
 
-
-class ReferenceSettings(PortSettings):
+class ReferenceSettings(Settings):
     """The reference detector, and the band in which the lamp has to stay.
 
     Attributes
@@ -156,6 +214,8 @@ class ReferenceSettings(PortSettings):
         nm, for the meter's own calibration.
     noise : float
         Relative standard deviation of one reading.
+    least : float
+        Power below which there is no light on it, W.
     band : float
         Largest relative deviation from the power at the start; outside, the measurement waits.
     wait, every : float
@@ -163,18 +223,12 @@ class ReferenceSettings(PortSettings):
     """
 
     driver: str = "newport1830c"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
-    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.5
     wavelength: Annotated[float, Field(ge=200.0, le=2000.0)] = 550.0
     noise: NotNegative = 0.001
+    least: Positive = 1e-9
     band: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.05
     wait: NotNegative = 600.0
     every: NotNegative = 1.0
-
-    @model_validator(mode="after")
-    def _check(self) -> ReferenceSettings:
-        get_driver("reference", self.driver)
-        return self
 
 
 class GeometrySettings(Settings):
@@ -215,21 +269,22 @@ class RecoverySettings(Settings):
     replug_time : float
         How long a lost port is waited for, s.
     check_tolerance : float
-        How far a check point may lie from its first value, relative.
+        How well a point repeats on this rig beyond the noise of its counts, relative standard
+        deviation; a check point farther off than five of its own standard deviations is an error.
     """
 
     attempts: Annotated[int, Field(ge=1, le=1000)] = 8
     replug_time: Positive = 60.0
-    check_tolerance: Positive = 0.1
+    check_tolerance: Positive = 0.005
 
 
 class Rig(Settings):
     """A whole rig file."""
 
     name: str = "goniospectrometer"
-    stages: StagesSettings
-    spectrometer: SpectrometerSettings
-    reference: ReferenceSettings
+    stages: SerializeAsAny[StagesSettings]
+    spectrometer: SerializeAsAny[SpectrometerSettings]
+    reference: SerializeAsAny[ReferenceSettings]
     geometry: GeometrySettings
     storage: StorageSettings = StorageSettings()
     recovery: RecoverySettings = RecoverySettings()
@@ -244,16 +299,92 @@ class Rig(Settings):
                     f"geometry.direct puts {name} at {angle:g}°,"
                     f" outside stages.{name}.limits [{low:g}, {high:g}]"
                 )
-        ports = [self.stages.port, self.spectrometer.port, self.reference.port]
+        found = [getattr(getattr(self, role), "port", "") for role in ROLES]
+        ports = [port for port in found if port]
         if len(set(ports)) < len(ports):
             raise ValueError(f"ports are {', '.join(ports)}; each instrument needs its own line")
         return self
 
     def fingerprint(self) -> str:
-        """Everything a measurement depends on, as text; ports and the emulator may change on resume."""
-        connection = {"port", "baud", "patience", "reply_time", "poll"}
-        parts = dict.fromkeys(("stages", "spectrometer", "reference"), connection)
+        """Everything a measured value depends on, as text.
+
+        Left out is what may change on resume: how instruments are reached, how long is waited for what,
+        parking and homing, the emulator.
+        """
+        parts = {}
+        for role in ROLES:
+            section = getattr(self, role)
+            connection = connection_of(get_driver(role, section.driver))
+            parts[role] = set(connection.model_fields) | OPERATIONAL[role]
         return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
+
+
+OPERATIONAL = {
+    "stages": {"poll", "settle", "homing_time", "reset_time", "move_time", "homing_order", "park"},
+    "spectrometer": {"shutter_time", "least_signal"},
+    "reference": {"least", "band", "wait", "every"},
+}
+"""Settings by section that no measured value depends on."""
+
+DEFAULT_DRIVERS = {"stages": "smc100", "spectrometer": "obp", "reference": "newport1830c"}
+
+
+def rig_class(content: Mapping[str, Any]) -> type[Rig]:
+    """Return the class that checks a rig file whose drivers are those named in its content.
+
+    Raises
+    ------
+    InputError
+        A driver that does not exist, or one for a single axis that shares its line with others.
+    """
+    drivers = []
+    for role in ROLES:
+        section = content.get(role)
+        given = section.get("driver") if isinstance(section, Mapping) else None
+        drivers.append(given if isinstance(given, str) else DEFAULT_DRIVERS[role])
+    stages = content.get("stages")
+    axes = []
+    for name in AXES:
+        axis = stages.get(name) if isinstance(stages, Mapping) else None
+        given = axis.get("driver") if isinstance(axis, Mapping) else None
+        axes.append(given if isinstance(given, str) and given else drivers[0])
+    return _rig_class(*drivers, *axes)
+
+
+@lru_cache(maxsize=64)
+def _rig_class(stages: str, spectrometer: str, reference: str, *axes: str) -> type[Rig]:
+    driver = get_driver("stages", stages)
+    fields: dict[str, Any] = {}
+    for name, own in zip(AXES, axes, strict=True):
+        chosen = get_driver("stages", own)
+        if own != stages and connection_of(chosen).model_fields:
+            raise InputError(
+                f"stages.{name}.driver = {own!r} needs a line of its own; name it as stages.driver, and"
+                " those of the other axes by their own keys"
+            )
+        fields[name] = (create_model("Axis", __base__=(axis_of(chosen), StageSettings)), ...)
+    parts: dict[str, Any] = {
+        "stages": create_model("Stages", __base__=(connection_of(driver), StagesSettings), **fields)
+    }
+    for role, name, base in (
+        ("spectrometer", spectrometer, SpectrometerSettings),
+        ("reference", reference, ReferenceSettings),
+    ):
+        connection = connection_of(get_driver(role, name))
+        parts[role] = create_model(role.capitalize(), __base__=(connection, base))
+    return create_model("Rig", __base__=Rig, **{role: (kind, ...) for role, kind in parts.items()})
+
+
+def read_rig(text: str) -> Rig:
+    """Return the rig that a file of ours carries as JSON.
+
+    Raises
+    ------
+    InputError, pydantic.ValidationError
+        It is not what this version knows.
+    """
+    content = json.loads(text)
+    return rig_class(content).model_validate(content)
 
 
 def load_rig(path: str | Path) -> Rig:
@@ -264,17 +395,29 @@ def load_rig(path: str | Path) -> Rig:
     InputError
         As `load_toml`, or axis limits, ports or addresses that contradict each other.
     """
-    rig = load_toml(path, Rig)
+    try:
+        kind = rig_class(_peek(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    rig = load_toml(path, kind)
     folder = Path(path).resolve().parent
-    changed = {}
-    for name in ("stages", "spectrometer", "reference"):
-        part = getattr(rig, name)
-        if "://" in part.port:
-            raise InputError(f"{path}: {name}.port = {part.port!r}: give the path of a serial port")
-        is_windows_port = part.port.upper().startswith("COM")
-        place = part.port if is_windows_port else str(folder / part.port)
-        changed[name] = part.model_copy(update={"port": place})
+    changed: dict[str, Any] = {}
+    for role in ROLES:
+        part = getattr(rig, role)
+        if hasattr(part, "located"):
+            try:
+                changed[role] = part.model_copy(update=part.located(folder))
+            except ValueError as error:
+                raise InputError(f"{path}: {role}.{error}") from error
     emulator = rig.emulator
     if emulator is not None and emulator.scan:
         changed["emulator"] = emulator.model_copy(update={"scan": str(folder / emulator.scan)})
     return rig.model_copy(update=changed)
+
+
+def _peek(path: str | Path) -> dict[str, Any]:
+    """Return what stands in a file, nothing where it cannot be read: `load_toml` says why."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return {}

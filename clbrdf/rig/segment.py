@@ -58,7 +58,7 @@ class SegmentWriter:
         for column in columns(pixels):
             self._sets.append(self._column(column.name, column.dtype, column.shape, column.units))
         self._checks = self._column("crc", "<u4", (), "")
-        self._committed = self._file.create_dataset("committed", data=np.zeros(1, "<u8"))
+        self._committed = self._file.create_dataset("committed", data=np.zeros(2, "<u8"))
         self._file.swmr_mode = True
         self._sync()
         os.rename(part, path)
@@ -96,7 +96,7 @@ class SegmentWriter:
             self._checks.resize(place + 1, axis=0)
             self._checks[place] = checksum(values)
             self._file.flush()
-            self._committed[0] = place + 1
+            self._committed[...] = (place + 1, self._file.id.get_filesize())
             self._sync()
         except (OSError, RuntimeError) as error:  # h5py raises both
             self._abandon()
@@ -149,16 +149,33 @@ def _sync_folder(folder: Path) -> None:
 
 @contextmanager
 def _reading(path: Path) -> Iterator[h5py.File]:
+    """Open a segment; what HDF5 cannot read in it ends in one line, without a traceback or a long wait.
+
+    HDF5 looks for a chunk index beyond the end of a SWMR file again and again, for minutes, in case its
+    writer is about to write it. So the length that was committed is compared with the file's first.
+    """
     import h5py
 
     try:
         file = h5py.File(path, "r", libver="latest", swmr=True)
-    except OSError as error:
-        raise InputError(f"{path}: damaged segment ({first_line(error)}); restore it from a copy") from error
-    with file:
-        if file.attrs.get("content") != CONTENT:
-            raise InputError(f"{path}: no segment of a measurement")
-        yield file
+        with file:
+            if file.attrs.get("content") != CONTENT:
+                raise InputError(f"{path}: no segment of a measurement")
+            length = int(file["committed"][-1]) if file["committed"].shape == (2,) else 0
+            found = path.stat().st_size
+            if found < length:
+                raise InputError(
+                    f"{path}: cut short, {found} of {length} bytes are there; restore it from a copy, or"
+                    " remove it to measure its points again"
+                )
+            yield file
+    except (OSError, RuntimeError, KeyError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{path}: damaged segment ({first_line(error)}); restore it from a copy, or remove it to"
+            " measure its points again"
+        ) from error
 
 
 def read_header(path: Path) -> dict[str, str]:
@@ -193,7 +210,10 @@ def read_rows(path: Path) -> Columns:
             continue
         if place == count - 1:  # torn by a power cut between its data and the sync
             return {name: values[:place] for name, values in rows.items()}
-        raise InputError(f"{path}: row {place} is damaged; restore the file from a copy")
+        raise InputError(
+            f"{path}: row {place} is damaged; restore the file from a copy, or remove it to measure its"
+            " points again"
+        )
     return rows
 
 

@@ -44,12 +44,13 @@ class EmulatedRig:
         self.injector = Injector(settings.fault_rate, list(settings.faults), settings.seed)
         clock = Clock(settings.time_factor)
         self.world = World(rig, settings, clock)
-        stages = EmulatedStages(rig.stages, clock, settings.effects.angle_noise, settings.seed)
+        effects = settings.effects
+        stages = EmulatedStages(rig.stages, clock, effects.angle_noise, settings.seed, effects.hunting)
         self.world.axes = stages.true_angles
         self.devices: dict[str, Device] = {
             "stages": stages,
-            "spectrometer": EmulatedSpectrometer(self.world),
-            "reference": EmulatedPowerMeter(self.world),
+            "spectrometer": EmulatedSpectrometer(self.world, settings.left),
+            "reference": EmulatedPowerMeter(self.world, settings.left.meter),
         }
         self.instruments: dict[str, Instrument] = {}
         for name, device in self.devices.items():
