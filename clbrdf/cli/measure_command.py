@@ -16,14 +16,29 @@ from clbrdf.rig.budget import load_budget
 from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
 from clbrdf.rig.interrupt import StopRequest
-from clbrdf.rig.measure import measure
+from clbrdf.rig.measure import Outcome, measure
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.store import run_folder
 
-INTERRUPTED = 130
-SHOWN = ("recovery", "point skipped", "lamp out of band", "replugged", "check point", "left out")
+INTERRUPTED, DOUBTFUL = 130, 1
+MANY = 0.1
+"""Share of flagged values from which a scan is called doubtful."""
+
+SHOWN = (
+    "recovery",
+    "point skipped",
+    "lamp out of band",
+    "lamp back",
+    "replugged",
+    "check point",
+    "left out",
+    "not settled",
+    "light below dark",
+    "rungs disagree",
+    "direct beam changed",
+)
 """Events that are worth a line while it runs; the log has all."""
 
 
@@ -89,14 +104,33 @@ def command(
                 "clbrdf: stopped at once, stages and shutter made safe; go on with --resume", file=sys.stderr
             )
             return INTERRUPTED
+    _print_outcome(output, outcome)
+    return _verdict(outcome)
+
+
+def _print_outcome(output: Path, outcome: Outcome) -> None:
     rows = [
         ["points", f"{outcome.points}"],
         ["left out, out of reach", f"{outcome.left_out}"],
         ["skipped at limit switches", f"{outcome.skipped}"],
+        ["values", f"{outcome.values}"],
+        *([f"  flagged {name}", f"{count}"] for name, count in outcome.flagged.items()),
+        ["  of them no measurement", f"{outcome.masked}"],
         ["lines in the log", f"{outcome.events}"],
     ]
     print_table(f"{output}: measured", ("quantity", "value"), rows)
-    return 0
+
+
+def _verdict(outcome: Outcome) -> int:
+    """Say loudly what makes a scan doubtful; 1 where something does."""
+    complaints = [f"the direct beam was {text}" for text in outcome.changes]
+    worst = max(outcome.flagged.values(), default=0)
+    if worst > MANY * outcome.values:
+        names = ", ".join(f"{name} {count / outcome.values:.0%}" for name, count in outcome.flagged.items())
+        complaints.append(f"many of the {outcome.values} values are flagged ({names}): look at them before use")
+    for text in complaints:
+        print(f"clbrdf: {text}", file=sys.stderr)
+    return DOUBTFUL if complaints else 0
 
 
 def _tell_stop() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from clbrdf.errors import InputError
 from clbrdf.rig.row import DARK, POINT, REFERENCES, SATURATED, SKIPPED, Row
+from clbrdf.rig.segmentcheck import check_segments
 from clbrdf.rig.segment import Columns, SegmentWriter, read_header, read_rows
 
 SEGMENT_PATTERN = "segment-*.h5"
@@ -121,6 +122,7 @@ class Store:
         self.base_power: float | None = None
         self._writer: SegmentWriter | None = None
         self._darks: dict[int, Row] = {}
+        check_segments(segments(folder))
         for path in segments(folder):
             found = read_header(path)
             for key in ("plan", "rig"):

@@ -191,11 +191,11 @@ class Line:
             return None
         return time.monotonic() - began
 
-    def drain(self) -> bytes:
-        """Read until the line is quiet; return what was thrown away."""
+    def drain(self, longest: float = 0.0) -> bytes:
+        """Read until the line is quiet, for `longest` seconds if given; return what was thrown away."""
         gone = bytes(self._buffer)
         self._buffer.clear()
-        quiet = max(QUIET, self.wire_time(10))
+        quiet = max(QUIET, self.wire_time(10), longest)
         end = time.monotonic() + quiet
         latest = (
             time.monotonic() + 1.0 + self.patience

@@ -38,6 +38,9 @@ PARAMETER_ERROR, COMMAND_ERROR, SATURATED, OVER_RANGE, BUSY, READ_DONE = 1, 2, 4
 READING_TIME = 3.0
 """Longest time to a new reading, automatic ranging included, s."""
 
+ECHO_TIME = 0.1
+"""How long the echo of a command may be under way, s."""
+
 OUTLIER = 6.0
 """Readings that differ from their median by more than this many times their noise are logged."""
 
@@ -83,7 +86,7 @@ class Newport1830C:
         try:
             self.line.drain()
             self._tell("E0")
-            self.line.drain()  # the echo of E0 itself
+            self.line.drain(ECHO_TIME)  # the echo of E0 itself
             return f"1830-C, units {self._ask('U?', r'[1-4]')}"
         except LineError as error:
             raise InstrumentError(why_silent(self.line, error, "1830-C")) from error
@@ -169,7 +172,7 @@ class Newport1830C:
             self._tell("C")
             for command in (*STATE, f"W{self._wavelength}"):
                 self._tell(command)
-            self.line.drain()
+            self.line.drain(ECHO_TIME)
             status = self._status()
             if status & (PARAMETER_ERROR | COMMAND_ERROR):
                 self.line.fault("command error", f"status {status} after its settings")
