@@ -127,7 +127,9 @@ def _verdict(outcome: Outcome) -> int:
     worst = max(outcome.flagged.values(), default=0)
     if worst > MANY * outcome.values:
         names = ", ".join(f"{name} {count / outcome.values:.0%}" for name, count in outcome.flagged.items())
-        complaints.append(f"many of the {outcome.values} values are flagged ({names}): look at them before use")
+        complaints.append(
+            f"many of the {outcome.values} values are flagged ({names}): look at them before use"
+        )
     for text in complaints:
         print(f"clbrdf: {text}", file=sys.stderr)
     return DOUBTFUL if complaints else 0

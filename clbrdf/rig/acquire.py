@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -24,7 +24,6 @@ from clbrdf.progress import Report
 from clbrdf.rig.errors import (
     InstrumentError,
     LimitReachedError,
-    OutOfBandError,
     StalledError,
     UnmendedError,
 )
@@ -35,7 +34,19 @@ from clbrdf.rig.lampwatch import LampWatch
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.planner import Planner, Target
 from clbrdf.rig.repeatability import compare
-from clbrdf.rig.row import CHECK, DARK, DIRECT, DISAGREE, NO_ROW, POINT, RUNG, SATURATED, SKIPPED, Row, nowhere
+from clbrdf.rig.row import (
+    CHECK,
+    DARK,
+    DIRECT,
+    DISAGREE,
+    NO_ROW,
+    POINT,
+    RUNG,
+    SATURATED,
+    SKIPPED,
+    Row,
+    nowhere,
+)
 from clbrdf.rig.sanity import is_below_dark, signal_to_noise
 from clbrdf.rig.store import Store
 
@@ -269,7 +280,7 @@ class Acquisition:
             )
 
     def _scan(self, row: Row) -> npt.NDArray[np.float64]:
-        """Counts of a row, per scan, in the window."""
+        """Return the counts of a row, per scan, in the window."""
         return np.asarray(row.counts[self.window] / row.scans, dtype=np.float64)
 
     def _record(
@@ -349,18 +360,7 @@ class Acquisition:
             if not self._overlap_agrees(row, longer):
                 flags |= DISAGREE
             place = self.store.append(longer)
-        return Row(
-            *(getattr(row, name) for name in ("kind", "point", "time", "axes", "reference_power")),
-            row.integration_time,
-            row.dark,
-            row.direct,
-            flags,
-            row.counts,
-            row.nominal,
-            row.scans,
-            row.temperature,
-            place,
-        )
+        return replace(row, flags=flags, rung=place)
 
     def _overlap_agrees(self, row: Row, longer: Row) -> bool:
         """Compare two integration times at the pixels where neither is saturated."""

@@ -187,7 +187,9 @@ class Exposer:
             if exposure.saturated:
                 if rung == 0:
                     return exposure
-                self.log.add("spectrometer", "saturation", f"at {times[rung]:g} s; repeated with a shorter time")
+                self.log.add(
+                    "spectrometer", "saturation", f"at {times[rung]:g} s; repeated with a shorter time"
+                )
                 rung, may_grow = rung - 1, False
                 continue
             counts = exposure.counts / exposure.scans

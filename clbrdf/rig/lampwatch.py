@@ -78,7 +78,9 @@ class LampWatch:
                     self.log.add("reference", "lamp back", f"{power:.4g} W")
                 return power
             if not is_waiting:
-                self.log.add("reference", "lamp out of band", f"{what}; waiting up to {self.settings.wait:g} s")
+                self.log.add(
+                    "reference", "lamp out of band", f"{what}; waiting up to {self.settings.wait:g} s"
+                )
                 is_waiting = True
             if time.monotonic() > deadline:
                 raise UnmendedError(f"reference: the lamp gives {what}; see to the lamp")
@@ -89,5 +91,7 @@ class LampWatch:
         if power < self.settings.least:
             return f"{power:.3g} W, less than reference.least ({self.settings.least:g} W): no light"
         if self.base is not None and abs(power / self.base - 1.0) > self.settings.band:
-            return f"{power:.4g} W, more than {self.settings.band:.1%} from the {self.base:.4g} W at the start"
+            return (
+                f"{power:.4g} W, more than {self.settings.band:.1%} from the {self.base:.4g} W at the start"
+            )
         return ""

@@ -20,10 +20,10 @@ from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import CHANGED, Acquisition
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate, grid_and_weights, save_calibrated
+from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
-from clbrdf.rig.connection import nobody
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.planner import FixedRoute, Planner
 from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
@@ -168,17 +168,16 @@ def measure(
 
 
 def _outcome(raw: RawScan, scan: Scan, route: Route) -> Outcome:
-    skipped = int(np.count_nonzero(raw.rows["flags"] & SKIPPED))
-    left_out = route.planned - len(route)
+    mark, lines = f": {CHANGED}: ", raw.log.splitlines()
     return Outcome(
         len(scan.theta_i),
-        skipped,
-        left_out,
-        len(raw.log.splitlines()),
+        int(np.count_nonzero(raw.rows["flags"] & SKIPPED)),
+        route.planned - len(route),
+        len(lines),
         scan.brdf.size,
         scan.flag_counts(),
         int(np.count_nonzero(scan.mask)),
-        tuple(line.partition(f": {CHANGED}: ")[2] for line in raw.log.splitlines() if f": {CHANGED}: " in line),
+        tuple(line.partition(mark)[2] for line in lines if mark in line),
     )
 
 

@@ -167,7 +167,9 @@ class Stages:
             for name in AXES:
                 while self._checked(name).motion is not Motion.READY:
                     if time.monotonic() > deadline:
-                        self.log.add(NAME, "stall", f"{name} takes longer than {MARGIN * allowed + 1.0:.3g} s")
+                        self.log.add(
+                            NAME, "stall", f"{name} takes longer than {MARGIN * allowed + 1.0:.3g} s"
+                        )
                         raise StalledError(
                             f"{NAME}: {name} did not arrive in time; see whether it moves freely, and to"
                             " its velocity and acceleration in the rig file"

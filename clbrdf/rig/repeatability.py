@@ -63,10 +63,9 @@ def compare(
         level = dark.counts[window][keep] / dark.scans
         scale = 1.0 / row.integration_time / row.reference_power
         signals.append((light - level) * scale)
-        variances.append(
-            (count_variance(light, rig.spectrometer) / row.scans + count_variance(level, rig.spectrometer) / dark.scans)
-            * scale**2
-        )
+        own = count_variance(light, rig.spectrometer) / row.scans
+        below = count_variance(level, rig.spectrometer) / dark.scans
+        variances.append((own + below) * scale**2)
     reading = rig.reference.noise**2 * MEDIAN_OF_THREE  # two rows, each the mean of two medians of three
     repeat = RUNG_REPEATABILITY if same_place else rig.recovery.check_tolerance
     worst = Comparison(0.0, 0.0)

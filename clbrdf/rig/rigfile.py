@@ -91,7 +91,7 @@ class StageSettings(Settings):
 
 
 class ZoneSettings(Settings):
-    """Ranges of axes that must not be held together, degrees; an axis that is left out counts at any angle."""
+    """Ranges of axes that must not be held together, degrees; an axis left out counts at any angle."""
 
     lamp: tuple[Angle, Angle] = (-360.0, 360.0)
     turn: tuple[Angle, Angle] = (-360.0, 360.0)
@@ -135,7 +135,7 @@ class StagesSettings(Settings):
     homing_time: Positive = 60.0
     reset_time: Positive = 10.0
     move_time: NotNegative = 0.3
-    homing_order: tuple[Axis, Axis, Axis] = AXES
+    homing_order: tuple[Axis, Axis, Axis] = ("lamp", "turn", "pitch")
     park: tuple[Angle, Angle, Angle] | None = None
     zones: tuple[ZoneSettings, ...] = ()
     lamp: SerializeAsAny[StageSettings]
@@ -145,7 +145,9 @@ class StagesSettings(Settings):
     @model_validator(mode="after")
     def _check(self) -> StagesSettings:
         if set(self.homing_order) != set(AXES):
-            raise ValueError(f"homing_order is {list(self.homing_order)}; give each of {', '.join(AXES)} once")
+            raise ValueError(
+                f"homing_order is {list(self.homing_order)}; give each of {', '.join(AXES)} once"
+            )
         for key in ("address", "serial", "axis"):
             values = [getattr(getattr(self, name), key, None) for name in AXES]
             own = [value for value in values if value is not None]
@@ -372,7 +374,9 @@ def _rig_class(stages: str, spectrometer: str, reference: str, *axes: str) -> ty
     ):
         connection = connection_of(get_driver(role, name))
         parts[role] = create_model(role.capitalize(), __base__=(connection, base))
-    return create_model("Rig", __base__=Rig, **{role: (kind, ...) for role, kind in parts.items()})
+    sections: dict[str, Any] = {role: (kind, ...) for role, kind in parts.items()}
+    made: type[Rig] = create_model("Rig", __base__=Rig, **sections)
+    return made
 
 
 def read_rig(text: str) -> Rig:

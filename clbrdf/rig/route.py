@@ -122,7 +122,7 @@ def reachable(directions: Directions, rig: Rig) -> tuple[Array, npt.NDArray[np.s
 
 
 def _left_out(candidates: Array, reasons: npt.NDArray[np.str_]) -> npt.NDArray[np.bool_]:
-    return np.isnan(candidates[..., 0]).all(axis=1) & (reasons == "")
+    return np.asarray(np.isnan(candidates[..., 0]).all(axis=1) & (reasons == ""))
 
 
 def _arrange(

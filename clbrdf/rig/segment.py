@@ -4,7 +4,8 @@ What HDF5 does under a kill decides the order (docs/decisions/0011): everything 
 file takes its name only when it is in SWMR mode and synced; then each row is one chunk, its data is
 flushed before the counter of committed rows rises, and flush and fsync end the row. A file whose writer
 was killed is never written again: a resumed measurement starts the next segment. It is read as an image
-in memory (:mod:`clbrdf.rig.segmentimage`), so that damage does not cost HDF5's long waits. Each row carries a CRC, so that one torn by a power cut is not taken for whole.
+in memory (:mod:`clbrdf.rig.segmentimage`). Each row carries a CRC, so that one torn by a power cut is not
+taken for whole.
 """
 
 from __future__ import annotations
@@ -166,7 +167,7 @@ def _read(path: Path, take: Callable[[h5py.File], T]) -> T:
         try:
             with h5py.File(image_of(path), "r") as file:
                 if file.attrs.get("content") != CONTENT:
-                    raise InputError(f"{path}: no segment of a measurement")
+                    raise InputError(f"{path}: no segment of a measurement, or a damaged segment; {mend}")
                 length = int(file["committed"][-1]) if file["committed"].shape == (2,) else 0
                 found = path.stat().st_size
                 if found < length:

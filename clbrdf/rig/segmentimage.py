@@ -16,7 +16,10 @@ import struct
 from pathlib import Path
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-VERSION_AT, FLAGS_AT, CHECKSUM_AT = 8, 11, 44
+VERSION_AT, FLAGS_AT, END_AT, CHECKSUM_AT = 8, 11, 28, 44
+MOST_MISSING = 1 << 26
+"""Bytes that a writer may have announced and not written yet."""
+
 MASK = 0xFFFFFFFF
 
 
@@ -36,6 +39,11 @@ def image_of(path: Path) -> io.BytesIO:
     (found,) = struct.unpack_from("<I", data, CHECKSUM_AT)
     if found != lookup3(bytes(data[:CHECKSUM_AT])):
         raise ValueError("the superblock does not match its checksum")
+    (end,) = struct.unpack_from("<Q", data, END_AT)
+    if end - len(data) > MOST_MISSING:
+        raise ValueError(f"{len(data)} of {end} bytes are there")
+    # A writer that was stopped may have announced space for a row that it never committed.
+    data.extend(bytes(max(0, end - len(data))))
     data[FLAGS_AT] = 0
     struct.pack_into("<I", data, CHECKSUM_AT, lookup3(bytes(data[:CHECKSUM_AT])))
     return io.BytesIO(bytes(data))

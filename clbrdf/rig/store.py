@@ -15,8 +15,8 @@ import numpy as np
 
 from clbrdf.errors import InputError
 from clbrdf.rig.row import DARK, POINT, REFERENCES, SATURATED, SKIPPED, Row
-from clbrdf.rig.segmentcheck import check_segments
 from clbrdf.rig.segment import Columns, SegmentWriter, read_header, read_rows
+from clbrdf.rig.segmentcheck import check_segments
 
 SEGMENT_PATTERN = "segment-*.h5"
 
@@ -174,7 +174,9 @@ class Store:
 
     def _light(self, row: Row) -> float:
         dark = self._darks[row.dark]
-        return float(row.counts.sum(dtype=np.float64) / row.scans - dark.counts.sum(dtype=np.float64) / dark.scans)
+        return float(
+            row.counts.sum(dtype=np.float64) / row.scans - dark.counts.sum(dtype=np.float64) / dark.scans
+        )
 
     def close(self) -> None:
         """Close the writer."""

@@ -8,7 +8,7 @@ meets no zone. Axes that move one after the other sweep three thin boxes instead
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +69,6 @@ def _one_by_one(here: Pose, there: Pose, zones: Sequence[Zone]) -> list[Pose] | 
             pose = list(poses[-1])
             pose[axis] = there[axis]
             poses.append(tuple(pose))
-        if all(is_free(a, b, zones) for a, b in zip(poses, poses[1:], strict=False)):
+        if all(is_free(a, b, zones) for a, b in pairwise(poses)):
             return poses[1:]
     return None

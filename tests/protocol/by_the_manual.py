@@ -132,7 +132,9 @@ class Meter1830C(OnPty):
     def allows(code, value):
         if code == "W":
             return len(value) == 4 and 190 <= int(value) <= 1800
-        return int(value) in {"F": (1, 2, 3), "R": range(9), "U": (1, 2, 3, 4), "K": (0, 1, 2)}.get(code, (0, 1))
+        return int(value) in {"F": (1, 2, 3), "R": range(9), "U": (1, 2, 3, 4), "K": (0, 1, 2)}.get(
+            code, (0, 1)
+        )
 
 
 class Smc100(OnPty):
@@ -143,7 +145,8 @@ class Smc100(OnPty):
     def __init__(self, hunting=0, offset=0.0):
         super().__init__()
         self.axes = {
-            k: {"state": 0x0A, "at": 3.0, "bits": 0, "error": "@", "until": 0.0, "then": 0x33} for k in (1, 2, 3)
+            k: {"state": 0x0A, "at": 3.0, "bits": 0, "error": "@", "until": 0.0, "then": 0x33}
+            for k in (1, 2, 3)
         }
         self.values = {k: {"VA": 20.0, "AC": 80.0, "SL": -200.0, "SR": 200.0} for k in (1, 2, 3)}
         self.hunting, self.offset, self.reads = hunting, offset, 0
@@ -200,7 +203,12 @@ class Smc100(OnPty):
                 return self.refuse(axis, "H", code + value)
             if not self.values[address]["SL"] <= float(value) <= self.values[address]["SR"]:
                 return self.refuse(axis, "N", code + value)
-            axis |= {"state": 0x28, "until": time.monotonic() + 0.02, "then": 0x33, "at": float(value) + self.offset}
+            axis |= {
+                "state": 0x28,
+                "until": time.monotonic() + 0.02,
+                "then": 0x33,
+                "at": float(value) + self.offset,
+            }
             if self.stall:  # slips: the bit is latched, the position counter has seen nothing
                 self.stall, axis["bits"] = False, 0x20
         else:
@@ -213,7 +221,7 @@ class Smc100(OnPty):
 
 
 class Sts(OnPty):
-    """A spectrometer whose shutter takes `shutter` seconds to open evenly; light is `rate` counts a second."""
+    """A spectrometer; its shutter opens evenly in `shutter` seconds, light is `rate` counts a second."""
 
     def __init__(self, rate=20_000.0, shutter=0.0, trigger=0, averages=1, boxcar=0):
         super().__init__()
@@ -297,6 +305,9 @@ class Sts(OnPty):
         line = [1500 + light * (3.0 if k == 512 else 1.0) for k in range(1024)]
         if self.boxcar:
             w = self.boxcar
-            line = [sum(line[max(0, k - w) : k + w + 1]) / len(line[max(0, k - w) : k + w + 1]) for k in range(1024)]
+            line = [
+                sum(line[max(0, k - w) : k + w + 1]) / len(line[max(0, k - w) : k + w + 1])
+                for k in range(1024)
+            ]
         self.spectra.append(line[0])
         return struct.pack("<1024H", *[min(16383, round(v)) for v in line])

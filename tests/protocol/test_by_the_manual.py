@@ -40,13 +40,16 @@ def test_meter_is_told_nothing_that_its_manual_does_not_list():
 
 
 @pytest.mark.parametrize(
-    "left", [{}, {"G": 0}, {"Z": 1}, {"R": 3}, {"F": 1}, {"A": 1, "U": 3, "E": 0}, {"G": 0, "Z": 1, "R": 2, "F": 1}]
+    "left",
+    [{}, {"G": 0}, {"Z": 1}, {"R": 3}, {"F": 1}, {"A": 1, "U": 3, "E": 0}, {"G": 0, "Z": 1, "R": 2, "F": 1}],
 )
 def test_meter_left_in_any_state(left):
     """Hold, a zero offset, a fixed range too small for the light, the slow filter."""
     with Meter1830C(**left) as peer:
         assert meter_on(peer).measure_power() == pytest.approx(1e-3, rel=1e-4)
-        assert {code: peer.set[code] for code in "AEFGRUZ"} == dict(zip("AEFGRUZ", (0, 0, 3, 1, 0, 1, 0), strict=True))
+        assert {code: peer.set[code] for code in "AEFGRUZ"} == dict(
+            zip("AEFGRUZ", (0, 0, 3, 1, 0, 1, 0), strict=True)
+        )
 
 
 def test_meter_follows_a_drifting_lamp():

@@ -7,7 +7,10 @@ from clbrdf.rig.drivers.newport1830c import Newport1830C
 from clbrdf.rig.errors import InstrumentError, OutOfBandError
 
 CONFIGURE = [
-    *[(command + b"\n", b"") for command in (b"C", b"E0", b"G1", b"Z0", b"R0", b"F3", b"A0", b"U1", b"W0550")],
+    *[
+        (command + b"\n", b"")
+        for command in (b"C", b"E0", b"G1", b"Z0", b"R0", b"F3", b"A0", b"U1", b"W0550")
+    ],
     (b"Q?\n", b"0\n"),
     (b"W?\n", b"0550\n"),
     (b"U?\n", b"1\n"),

@@ -98,8 +98,10 @@ def test_a_state_that_is_not_taken_is_refused():
 
 def test_older_firmware_without_averaging_and_boxcar():
     """Error 2, unknown message type: there is nothing to set, and nothing is asked again."""
-    unknown = {k: (request(kind, k, value, 4), response(kind, k, flags=9, error=2))
-               for k, kind, value in ((4, AVERAGE[0], b"\1\0"), (5, BOXCAR[0], b"\0"))}
+    unknown = {
+        k: (request(kind, k, value, 4), response(kind, k, flags=9, error=2))
+        for k, kind, value in ((4, AVERAGE[0], b"\1\0"), (5, BOXCAR[0], b"\0"))
+    }
     steps = [
         (request(SET_TIME, 1, struct.pack("<I", 10), 4), response(SET_TIME, 1, flags=3)),
         (request(TRIGGER[0], 2, b"\0", 4), response(TRIGGER[0], 2, flags=3)),

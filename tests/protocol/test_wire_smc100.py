@@ -145,9 +145,12 @@ def test_a_lost_status_leaves_a_doubt():
 def test_an_answer_after_the_deadline_asks_for_a_longer_reply_time():
     """Not the port is wrong: what is needed is time."""
     late = [(b"1TS\r\n", b""), (b"1VE\r\n", b"")] * 3
-    with Dialogue(*late, (b"1TS\r\n", b"", 0.6, b"1TS00000A\r\n")) as peer:
-        with pytest.raises(InstrumentError, match=r"answers later than reply_time allows; set reply_time = "):
-            Smc100Stage(peer.line(IMPATIENT), 1).identify()
+    words = r"answers later than reply_time allows; set reply_time = "
+    with (
+        Dialogue(*late, (b"1TS\r\n", b"", 0.6, b"1TS00000A\r\n")) as peer,
+        pytest.raises(InstrumentError, match=words),
+    ):
+        Smc100Stage(peer.line(IMPATIENT), 1).identify()
 
 
 def test_settings_are_read_back():

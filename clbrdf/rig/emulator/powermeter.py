@@ -136,7 +136,7 @@ class EmulatedPowerMeter:
         return int(self.world.clock.now() / PERIOD)
 
     def _taken(self) -> int:
-        """Number of the latest reading; in hold and while busy there are no new ones."""
+        """Return the number of the latest reading; in hold and while busy there are no new ones."""
         if self.state.get("G", "1") == "1" and self.world.clock.now() >= getattr(self, "_busy_until", -1.0):
             self._catch_up(self._clock_number())
         return self._number

@@ -165,7 +165,7 @@ class EmulatedSpectrometer:
             width = 2 * self.boxcar + 1
             padded = np.pad(mean, self.boxcar, mode="edge")
             mean = np.convolve(padded, np.ones(width) / width, mode="valid")
-        return np.rint(mean).astype(np.uint16)
+        return np.asarray(np.rint(mean), dtype=np.uint16)
 
     def power_cut(self) -> bytes:
         """Start again; the next reply says so."""
