@@ -21,6 +21,7 @@ from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.store import run_folder
+from clbrdf.rig.terminal import make_ask
 
 INTERRUPTED, DOUBTFUL = 130, 1
 MANY = 0.1
@@ -89,6 +90,8 @@ def command(
                 report=report,
                 show=_show,
                 check=stop.check,
+                ask=make_ask(stop.check),
+                pause=stop.pause,
             )
         except StoppedError:
             folder = run_folder(output)

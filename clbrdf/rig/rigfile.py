@@ -316,7 +316,7 @@ class Rig(Settings):
         parts = {}
         for role in ROLES:
             section = getattr(self, role)
-            connection = connection_of(get_driver(role, section.driver))
+            connection = connection_of(role, get_driver(role, section.driver))
             parts[role] = set(connection.model_fields) | OPERATIONAL[role]
         return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
 
@@ -359,20 +359,20 @@ def _rig_class(stages: str, spectrometer: str, reference: str, *axes: str) -> ty
     fields: dict[str, Any] = {}
     for name, own in zip(AXES, axes, strict=True):
         chosen = get_driver("stages", own)
-        if own != stages and connection_of(chosen).model_fields:
+        if own != stages and connection_of("stages", chosen).model_fields:
             raise InputError(
                 f"stages.{name}.driver = {own!r} needs a line of its own; name it as stages.driver, and"
                 " those of the other axes by their own keys"
             )
         fields[name] = (create_model("Axis", __base__=(axis_of(chosen), StageSettings)), ...)
     parts: dict[str, Any] = {
-        "stages": create_model("Stages", __base__=(connection_of(driver), StagesSettings), **fields)
+        "stages": create_model("Stages", __base__=(connection_of("stages", driver), StagesSettings), **fields)
     }
     for role, name, base in (
         ("spectrometer", spectrometer, SpectrometerSettings),
         ("reference", reference, ReferenceSettings),
     ):
-        connection = connection_of(get_driver(role, name))
+        connection = connection_of(role, get_driver(role, name))
         parts[role] = create_model(role.capitalize(), __base__=(connection, base))
     sections: dict[str, Any] = {role: (kind, ...) for role, kind in parts.items()}
     made: type[Rig] = create_model("Rig", __base__=Rig, **sections)

@@ -9,8 +9,8 @@ A new part is one new file here. It says
     `connect(settings, axes, context)` with the settings of the axes by name; returns what
     :mod:`clbrdf.rig.roles` describes, not yet open;
 `Connection`
-    the keys it needs in its section of the rig file (none if missing), and for stages `Axis`, those of
-    each axis;
+    the keys it needs in its section of the rig file (none if missing), `CONNECTIONS` where they differ by
+    role, and for stages `Axis`, those of each axis;
 `EXTRA`
     the extra of this package that it needs, where it needs one;
 `find`
@@ -51,9 +51,10 @@ def get_driver(role: str, name: str) -> Any:
     return _module(name)
 
 
-def connection_of(driver: Any) -> type[Settings]:
-    """Return the settings that a driver adds to its section of the rig file."""
-    kind: type[Settings] = getattr(driver, "Connection", NoConnection)
+def connection_of(role: str, driver: Any) -> type[Settings]:
+    """Return the settings that a driver adds to its section of the rig file in a role."""
+    own: type[Settings] = getattr(driver, "Connection", NoConnection)
+    kind: type[Settings] = getattr(driver, "CONNECTIONS", {}).get(role, own)
     return kind
 
 

@@ -35,6 +35,7 @@ STATE = ("E0", "G1", "Z0", "R0", "F3", "A0", "U1")
 """No echo, running, zero off, automatic range, filter "fast" (no average), attenuator off, watts."""
 
 PARAMETER_ERROR, COMMAND_ERROR, SATURATED, OVER_RANGE, BUSY, READ_DONE = 1, 2, 4, 8, 32, 128
+LATCHED = PARAMETER_ERROR | COMMAND_ERROR | SATURATED | OVER_RANGE
 READING_TIME = 3.0
 """Longest time to a new reading, automatic ranging included, s."""
 
@@ -130,13 +131,18 @@ class Newport1830C:
         """Return a reading begun after this call: clear the status byte, wait for "read done", ask."""
         self._tell("C")
         deadline = time.monotonic() + READING_TIME + self.line.patience
+        latched = 0
         while not (status := self._status()) & READ_DONE or status & BUSY:
+            latched |= status & LATCHED
             if status & (PARAMETER_ERROR | COMMAND_ERROR):
                 self.line.fault("command error", f"status {status}")
                 break
             if time.monotonic() > deadline:
                 self.line.fault("no new reading", f"none in {READING_TIME:g} s (status {status})")
                 break
+        if latched & ~status:
+            # Only `C` takes these bits away: a digit was lost on the line.
+            self.line.fault("reading disagrees", f"status bits {latched & ~status} came and went")
         if status & (SATURATED | OVER_RANGE):
             raise OutOfBandError(
                 f"{self.line.name}: the reference detector is saturated or over its range"
