@@ -31,6 +31,12 @@ class EffectSettings(Settings):
         Share of the mean signal that falls on every pixel.
     angle_noise : float
         Standard deviation of where a stage really stops, degrees; it reports its target.
+    zero_errors : (float, float, float)
+        Lamp, turn and pitch stand at what they read plus this, degrees; a tilt of the sample is the same
+        as errors of turn and pitch.
+    beam_width : float
+        Standard deviation of the direct beam's profile in the lamp's angle, degrees; 0 for a beam of
+        the same strength within half a degree.
     hunting : float
         A servo at rest is read within this many degrees of where it stands.
     shutter_time : float
@@ -51,6 +57,8 @@ class EffectSettings(Settings):
     nonlinearity: tuple[float, ...] = ()
     stray_light: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     angle_noise: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
+    zero_errors: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    beam_width: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
     hunting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     shutter_time: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     shutter_stuck: Literal["", "open", "closed"] = ""

@@ -39,6 +39,12 @@ WAVELENGTH_COEFFICIENTS = (340.0, 0.47, -2.0e-5, -1.0e-9)
 PIXELS, FULL_SCALE = 1024, 16383
 """Of an STS."""
 
+RIM = 2.0
+"""The rim shadows the sample this far beyond the rig file's largest zenith, degrees."""
+
+EDGE_ON = 0.06
+"""The sample lets the direct beam pass while the cosine of its turn is smaller than this."""
+
 DIRECT_TOLERANCE = 0.5
 """The lamp counts as shining straight into the detector within this many degrees."""
 
@@ -123,7 +129,8 @@ class World:
 
     def rate(self) -> Array:
         """Return the counts per second and pixel that the open shutter lets through, before any effect."""
-        axes = self.axes()
+        errors = self.settings.effects.zero_errors
+        axes = tuple(read + error for read, error in zip(self.axes(), errors, strict=True))
         if self._seen is None or self._seen[0] != axes:
             self._seen = (axes, self._direct * self._share(axes))
         return self._seen[1]
@@ -133,10 +140,16 @@ class World:
         lamp, turn, pitch = axes
         pose = forward(np.array([axes]))
         theta_i, theta_r = float(pose.theta_i[0]), float(pose.theta_r[0])
-        if abs(abs(lamp) - 180.0) < DIRECT_TOLERANCE and abs(np.cos(np.deg2rad(turn))) < 0.01:
+        width = self.settings.effects.beam_width
+        off = abs(abs(lamp) - 180.0)
+        if width and off < 6.0 * width and abs(np.cos(np.deg2rad(turn))) < EDGE_ON:
+            return float(np.exp(-0.5 * (off / width) ** 2))
+        if not width and off < DIRECT_TOLERANCE and abs(np.cos(np.deg2rad(turn))) < 0.01:
             return 1.0
         del pitch
-        if theta_i >= 90.0 or theta_r >= 90.0 or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
+        # The holder's rim: a little beyond what the rig file allows nothing is lit or seen.
+        rim = min(90.0, self.rig.geometry.largest_zenith + RIM)
+        if theta_i >= rim or theta_r >= rim or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
             return 0.0
         directions = Directions(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
         return self._surface(directions) * self.rig.geometry.solid_angle * float(cos_deg(theta_r))
