@@ -7,7 +7,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench soak lint tree format scans clean
+.PHONY: demo test bench soak lint tree format kernels scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
@@ -24,8 +24,9 @@ bench: .venv/installed-bench
 	$(BIN)/clbrdf bench fit
 	$(BIN)/clbrdf bench optimizers --png docs/pictures/optimizers.png --overwrite
 
-soak: .venv/installed-dev
-	$(BIN)/python -m pytest -m soak
+soak: .venv/installed-dev build/oracles/installed
+	$(BIN)/python -m pytest -m soak --ignore=tests/oracles
+	PYTHONPATH=build/oracles $(BIN)/python -m pytest -m soak tests/oracles
 
 lint: .venv/installed-dev tree
 	$(BIN)/ruff check .
@@ -36,6 +37,10 @@ lint: .venv/installed-dev tree
 format: .venv/installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# The kernels that follow from the models' pages; wang2013's is written by hand.
+kernels: .venv/installed
+	$(BIN)/python -m clbrdf.models kernels/models
 
 scans: .venv/installed
 	for scene in scans/*.toml; do $(BIN)/clbrdf simulate $$scene -o $${scene%.toml}.h5 --overwrite || exit; done
@@ -62,6 +67,12 @@ clean:
 	@mkdir -p build
 	$(BIN)/python -m pip install --editable '.[peers]' >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
 	touch $@
+
+# In a folder of their own: one of them installs the module mitsuba, which is also the name of another package.
+# Where they cannot be installed, say so and go on: their tests are skipped.
+build/oracles/installed: pyproject.toml | .venv/installed-dev
+	rm -rf build/oracles && mkdir -p build/oracles
+	$(BIN)/python -m pip install --target build/oracles $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["oracles"])') >build/oracles.log 2>&1 && touch $@ || { rm -rf build/oracles; echo "soak: the oracles could not be installed (build/oracles.log); their tests are skipped" >&2; }
 
 # The mapped folders at their place inside the package, for the type checker and the import linter.
 tree:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.geometry import Directions
+from clbrdf.geometry import Directions, check_reflection
 from clbrdf.models import DEFAULT_MODEL, Model, get_model
 from clbrdf.precision import get_precision
 from clbrdf.tolerance import choose_precision
@@ -74,7 +74,7 @@ def evaluate(
         raise InputError("precision and rtol both choose the arithmetic; give one of them")
     chosen = get_model(model)
     vector = chosen.vector(parameters)
-    directions = Directions(np.asarray(theta_i, float), np.asarray(theta_r, float), np.asarray(phi, float))
+    directions = Directions.relative(theta_i, theta_r, phi)
     rows = np.atleast_2d(vector)
     if precision == REFERENCE:
         values = evaluate_reference(chosen, rows, directions)
@@ -101,6 +101,8 @@ def evaluate_reference(model: Model, parameters: Array, directions: Directions) 
         import mpmath
     except ImportError as error:
         raise InputError("precision 'reference' needs mpmath; install it with: pip install mpmath") from error
-    angles = list(zip(directions.theta_i, directions.theta_r, directions.phi, strict=True))
+    check_reflection(directions)
+    d = directions
+    angles = list(zip(d.theta_i, d.phi_i, d.theta_r, d.phi_r, strict=True))
     with mpmath.workdps(REFERENCE_DIGITS):
         return np.array([[float(model.reference(p, *a)) for p in parameters] for a in angles])

@@ -13,6 +13,18 @@ from pathlib import Path
 from clbrdf.errors import InputError
 
 
+def split_entry(path: str | Path) -> tuple[Path, str]:
+    """Split ``file.h5::name`` into the file and the name of an entry in it, "" where none is named.
+
+    A file that has "::" in its own name is taken as it is.
+    """
+    whole = Path(path)
+    before, marker, name = str(whole).rpartition("::")
+    if not marker or not before or whole.exists():
+        return whole, ""
+    return Path(before), name
+
+
 def check_output(path: str | Path, overwrite: bool) -> Path:
     """Return where a result goes, as a Path; called before the work starts.
 
@@ -37,7 +49,7 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
 
 def check_apart(outputs: Iterable[str | Path | None], inputs: Iterable[str | Path] = ()) -> None:
     """Raise InputError where two outputs are one file, or an output is an input."""
-    seen = {Path(path).resolve() for path in inputs}
+    seen = {split_entry(path)[0].resolve() for path in inputs}
     for path in outputs:
         if path is None:
             continue
@@ -100,6 +112,6 @@ def _plain(value: object) -> object:
 
 
 def sha256(path: str | Path) -> str:
-    """SHA-256 of a file's bytes, in hexadecimal."""
-    with open(path, "rb") as stream:
+    """SHA-256 of a file's bytes, in hexadecimal; of the whole file also where the path names an entry."""
+    with open(split_entry(path)[0], "rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,8 +1,9 @@
 """Directions of incidence and view, and the angles the models need, without cancellation.
 
-θi, θr are zenith angles in [0°, 90°), φ = φr − φi; φ = 180° is the forward half-plane, where the
-specular peak lies at θr = θi, and φ = 0° holds the source. γ is the half-angle between the view
-direction and the mirror direction of the source (Wang, Zhang and Dong 2013, equation (10)).
+θi, θr are zenith angles: θi in [0°, 90°), θr in [0°, 90°) for reflection and in (90°, 180°] for
+transmission. φ = φr − φi; φ = 180° is the forward half-plane, where the specular peak lies at θr = θi,
+and φ = 0° holds the source. γ is the half-angle between the view direction and the mirror direction of
+the source (Wang, Zhang and Dong 2013, equation (10)).
 
 Trigonometric functions take degrees and reduce them before they convert to radians: 90° − θ and
 θi − θr are exact in floating point where the functions are sensitive, so that results keep a relative
@@ -12,6 +13,7 @@ accuracy of a few units in the last place up to grazing angles and into the spec
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,41 +25,109 @@ Array = npt.NDArray[np.float64]
 Real = npt.NDArray[Any]
 """fp64 or fp32."""
 
+ANGLES = ("theta_i", "phi_i", "theta_r", "phi_r")
+"""The angles of a pair of directions, in the order in which records and files hold them."""
+
+
+REFLECTION, TRANSMISSION = "reflection", "transmission"
+
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """N pairs of an incident and a view direction.
+    """N pairs of an incident and a view direction; immutable.
+
+    Azimuths are counted from a mark on the sample. What depends on φ = φr − φi alone is isotropic; that is a
+    property of a model, so that the record keeps both.
 
     Attributes
     ----------
-    theta_i, theta_r : (N,) float64
-        Incident and view zenith, degrees, [0, 90).
-    phi : (N,) float64
-        Azimuth of the view direction from the incident one, φr − φi, degrees, [0, 360).
+    theta_i : (N,) float64
+        Incident zenith, degrees, [0, 90).
+    phi_i : (N,) float64
+        Incident azimuth, degrees, [0, 360).
+    theta_r : (N,) float64
+        View zenith, degrees, [0, 90) for reflection or (90, 180] for transmission.
+    phi_r : (N,) float64
+        View azimuth, degrees, [0, 360).
 
     Raises
     ------
     InputError
-        A zenith outside [0, 90), an angle that is not finite, or shapes that do not broadcast.
+        A zenith out of range, an angle that is not finite, or shapes that do not broadcast.
+
+    Examples
+    --------
+    >>> Directions([30.0, 30.0], 90.0, [30.0, 150.0], 270.0).side.tolist()
+    ['reflection', 'transmission']
     """
 
     theta_i: Array
+    phi_i: Array
     theta_r: Array
-    phi: Array
+    phi_r: Array
 
     def __post_init__(self) -> None:
-        theta_i, theta_r, phi = broadcast_angles(self.theta_i, self.theta_r, self.phi)
-        check_zenith("theta_i", theta_i)
-        check_zenith("theta_r", theta_r)
-        check_finite("phi", phi)
-        for name, values in (("theta_i", theta_i), ("theta_r", theta_r), ("phi", wrap_azimuth(phi))):
-            object.__setattr__(self, name, read_only(values))
+        angles = checked_angles(self.theta_i, self.phi_i, self.theta_r, self.phi_r)
+        for name, values in zip(ANGLES, angles, strict=True):
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def relative(cls, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike) -> Directions:
+        """Return directions of which only φ = φr − φi is known or matters, degrees: φi is 0."""
+        check_finite("phi", np.atleast_1d(np.asarray(phi, dtype=np.float64)))
+        return cls(*(np.asarray(angle, dtype=np.float64) for angle in (theta_i, 0.0, theta_r, phi)))
+
+    @cached_property
+    def phi(self) -> Array:
+        """φ = φr − φi, (N,), degrees, [0, 360); read-only."""
+        phi: Array = wrap_azimuth(self.phi_r - self.phi_i)
+        phi.flags.writeable = False
+        return phi
+
+    @property
+    def turn(self) -> Array:
+        """φr − φi, (N,), degrees, folded to (−180, 180]: exact next to 0, where `phi` counts from 360."""
+        turn = self.phi_r - self.phi_i
+        folded: Array = np.where(turn > 180.0, turn - 360.0, np.where(turn <= -180.0, turn + 360.0, turn))
+        return folded
+
+    @property
+    def transmitted(self) -> npt.NDArray[np.bool_]:
+        """(N,), True where the view direction lies beyond the surface, θr > 90°."""
+        return np.greater(self.theta_r, 90.0)
+
+    @property
+    def side(self) -> npt.NDArray[np.str_]:
+        """(N,), "reflection" where θr < 90°, "transmission" where θr > 90°."""
+        return np.where(self.transmitted, TRANSMISSION, REFLECTION)
 
     def __len__(self) -> int:
         return len(self.theta_i)
 
     def __getitem__(self, index: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Directions:
-        return Directions(self.theta_i[index], self.theta_r[index], self.phi[index])
+        return Directions(*(getattr(self, name)[index] for name in ANGLES))
+
+
+def checked_angles(
+    theta_i: npt.ArrayLike, phi_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi_r: npt.ArrayLike
+) -> list[Array]:
+    """Return θi, φi, θr, φr (N,) in their ranges, degrees, azimuths wrapped to [0, 360), all read-only.
+
+    Raises
+    ------
+    InputError
+        A zenith out of range, an angle that is not finite, or shapes that do not broadcast.
+    """
+    angles = broadcast_angles(theta_i, phi_i, theta_r, phi_r)
+    check_zenith("theta_i", angles[0])
+    check_view_zenith("theta_r", angles[2])
+    for name, place in (("phi_i", 1), ("phi_r", 3)):
+        check_finite(name, angles[place])
+        if not ((angles[place] >= 0.0) & (angles[place] < 360.0)).all():
+            angles[place] = wrap_azimuth(angles[place])
+    for values in angles:
+        values.flags.writeable = False
+    return angles
 
 
 def broadcast_angles(*angles: npt.ArrayLike) -> list[Array]:
@@ -68,8 +138,9 @@ def broadcast_angles(*angles: npt.ArrayLike) -> list[Array]:
     InputError
         Shapes that do not broadcast, or more than one dimension.
     """
+    given = [np.atleast_1d(np.asarray(a, dtype=np.float64)) for a in angles]
     try:
-        arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(a, dtype=np.float64)) for a in angles))
+        arrays = np.broadcast_arrays(*given)
     except ValueError as error:
         shapes = ", ".join(str(np.shape(a)) for a in angles)
         raise InputError(
@@ -77,7 +148,12 @@ def broadcast_angles(*angles: npt.ArrayLike) -> list[Array]:
         ) from error
     if arrays[0].ndim != 1:
         raise InputError(f"angles have {arrays[0].ndim} dimensions; give one-dimensional arrays")
-    return [np.array(a) for a in arrays]
+    return [_kept(own, whole) for own, whole in zip(given, arrays, strict=True)]
+
+
+def _kept(own: Array, whole: Array) -> Array:
+    """Return an array that nobody else can write: `own` where it is so already, a copy of `whole` else."""
+    return own if own.shape == whole.shape and is_frozen(own) else np.array(whole)
 
 
 def check_zenith(name: str, values: Array) -> None:
@@ -86,6 +162,27 @@ def check_zenith(name: str, values: Array) -> None:
     if bad.any():
         place = int(np.argmax(bad))
         raise InputError(f"{name}[{place}] is {values[place]:g}°; zenith angles lie in [0°, 90°)")
+
+
+def check_view_zenith(name: str, values: Array) -> None:
+    """Raise InputError, naming the place, where a zenith is neither in [0°, 90°) nor in (90°, 180°]."""
+    bad = ~((values >= 0.0) & (values <= 180.0) & (values != 90.0))
+    if bad.any():
+        place = int(np.argmax(bad))
+        raise InputError(
+            f"{name}[{place}] is {values[place]:g}°; view zeniths lie in [0°, 90°) for reflection"
+            " and in (90°, 180°] for transmission"
+        )
+
+
+def check_reflection(directions: Directions) -> None:
+    """Raise InputError where some directions are of transmission: models of reflectance end at 90°."""
+    count = int(np.count_nonzero(directions.transmitted))
+    if count:
+        raise InputError(
+            f"{count} of {len(directions)} directions are of transmission (theta_r > 90°);"
+            " this model is one of reflection: leave them out, as Scan.reflection() does"
+        )
 
 
 def check_finite(name: str, values: Array) -> None:
@@ -107,6 +204,18 @@ def read_only(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
     """Return the array marked read-only: records at the doors do not change."""
     values.flags.writeable = False
     return values
+
+
+def is_frozen(values: npt.NDArray[Any]) -> bool:
+    """Return whether nobody can write an array: it owns its memory and is read-only, as is what it views."""
+    base: Any = values
+    while isinstance(base, np.ndarray):
+        if base.flags.writeable:
+            return False
+        if base.base is None:
+            return True
+        base = base.base
+    return False
 
 
 def sin_deg(angle: npt.ArrayLike) -> Array:
@@ -144,14 +253,21 @@ class Trigonometry:
 
 
 def trigonometry(directions: Directions, dtype: type[np.floating] = np.float64) -> Trigonometry:
-    """Return the sines and cosines of N directions, computed in a type."""
-    theta_i, theta_r, phi = directions.theta_i, directions.theta_r, directions.phi
+    """Return the sines and cosines of N directions of reflection, computed in a type.
+
+    Raises
+    ------
+    InputError
+        A direction of transmission.
+    """
+    check_reflection(directions)
+    theta_i, theta_r = directions.theta_i, directions.theta_r
 
     def sine(degrees: Array) -> Real:
         return np.sin(np.deg2rad(degrees).astype(dtype))
 
     h = (theta_i - theta_r) / 2.0
-    p = np.where(phi > 180.0, phi - 360.0, phi) / 2.0
+    p = directions.turn / 2.0
     return Trigonometry(
         sin_i=sine(theta_i),
         cos_i=sine(90.0 - theta_i),

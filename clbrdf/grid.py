@@ -119,7 +119,7 @@ class DirectionGrid(Settings):
             for i, phi, r in product(self.theta_i, azimuths, self.theta_r)
         )
         rows = np.array(list(seen))
-        return Directions(rows[:, 0], rows[:, 1], rows[:, 2])
+        return Directions.relative(rows[:, 0], rows[:, 1], rows[:, 2])
 
     def repetitions(self) -> int:
         """How often each direction is measured."""

@@ -1,7 +1,8 @@
 """Common ground of the HDF5 files: opening them with clear messages, versions, provenance, strings.
 
 Layout: the root names the format, its version and what the file holds; `/entry` is an NXentry with
-`@default` down to an NXdata, so that NeXus viewers show the data at once.
+`@default` down to an NXdata, so that NeXus viewers show the data at once. A file of several scans has one
+NXentry each, named as in ``file.h5::name``.
 """
 
 from __future__ import annotations
@@ -14,14 +15,39 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
-from clbrdf.files import whole_file
+from clbrdf.errors import ClbrdfError, InputError
+from clbrdf.files import split_entry, whole_file
+from clbrdf.schema import read_text, text_attribute
 
 if TYPE_CHECKING:
     import h5py
 
-FORMAT_VERSION = 1
-"""Rises when older programs could misread a newer file; files above it are refused."""
+__all__ = [
+    "FORMAT_VERSION",
+    "add_entry",
+    "check_content",
+    "content_of",
+    "create_file",
+    "entry_names",
+    "field",
+    "find_entry",
+    "first_line",
+    "group",
+    "open_file",
+    "read_mapping",
+    "read_text",
+    "write_mapping",
+]
+
+FORMAT_VERSION = 2
+"""Rises when older programs could misread a newer file; files above it are refused.
+
+2 adds directions of transmission, bands without wavelengths, and several entries in a file; files of
+version 1 are read as ever.
+"""
+
+MOST_NAMES = 12
+"""Entries that a message lists."""
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -38,7 +64,7 @@ def open_file(path: str | Path) -> Iterator[h5py.File]:
     """
     import h5py
 
-    source = Path(path)
+    source, _ = split_entry(path)
     if not source.exists():
         raise InputError(f"{source}: no such file")
     if source.is_dir():
@@ -62,13 +88,44 @@ def open_file(path: str | Path) -> Iterator[h5py.File]:
             yield file
         except KeyError as error:
             raise InputError(f"{source}: {error.args[0]}; the file is incomplete, make it again") from error
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
+            if isinstance(error, ClbrdfError):
+                raise
             raise InputError(f"{source}: damaged HDF5 file ({first_line(error)}); make it again") from error
+
+
+def entry_names(file: h5py.File) -> list[str]:
+    """Return the names of a file's entries, that of @default first, then in alphabetical order."""
+    names = sorted(name for name in file if text_attribute(file[name], "NX_class") == "NXentry")
+    default = text_attribute(file, "default")
+    return sorted(names, key=lambda name: name != default)
+
+
+def find_entry(file: h5py.File, path: str | Path) -> h5py.Group:
+    """Return the entry that a path names, as in ``file.h5::name``, or the only one.
+
+    Raises
+    ------
+    InputError
+        There is no such entry; there are several and none is named; there is none at all.
+    """
+    source, name = split_entry(path)
+    names = entry_names(file)
+    if not names:
+        raise InputError("there is no entry in it; the file is incomplete, make it again")
+    listed = ", ".join(names[:MOST_NAMES]) + (", …" if len(names) > MOST_NAMES else "")
+    if name and name not in names:
+        raise InputError(f"no entry is called {name!r}; there are {listed}")
+    if not name and len(names) > 1:
+        raise InputError(
+            f"holds {len(names)} scans; name one of them, as in {source.name}::{names[0]}: {listed}"
+        )
+    return file[name or names[0]]
 
 
 def first_line(error: Exception) -> str:
     """Return the first line of an error's text."""
-    return str(error).strip().splitlines()[0]
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
 def _check_version(source: Path, file: h5py.File) -> None:
@@ -87,7 +144,7 @@ def _check_version(source: Path, file: h5py.File) -> None:
 
 def content_of(file: h5py.File) -> str:
     """Return what a file holds: "scan" or "fit"."""
-    return str(file.attrs.get("content", "unknown"))
+    return text_attribute(file, "content", "unknown")
 
 
 def check_content(file: h5py.File, wanted: str) -> None:
@@ -98,8 +155,10 @@ def check_content(file: h5py.File, wanted: str) -> None:
 
 
 @contextmanager
-def create_file(path: str | Path, content: str, title: str, overwrite: bool) -> Iterator[h5py.File]:
-    """Create a file under a temporary name; it takes its own name when the block has ended well.
+def create_file(
+    path: str | Path, content: str, title: str, overwrite: bool, entry: str = "entry"
+) -> Iterator[h5py.File]:
+    """Create a file with one entry under a temporary name; it gets its own when the block has ended well.
 
     Raises
     ------
@@ -115,14 +174,20 @@ def create_file(path: str | Path, content: str, title: str, overwrite: bool) -> 
             raise InputError(f"{path}: cannot be written ({first_line(error)})") from error
         with file:
             file.attrs["NX_class"] = "NXroot"
-            file.attrs["default"] = "entry"
+            file.attrs["default"] = entry
             file.attrs["creator"] = "clbrdf"
             file.attrs["clbrdf_format"] = FORMAT_VERSION
             file.attrs["content"] = content
-            entry = group(file, "entry", "NXentry")
-            entry.attrs["default"] = "data"
-            entry["title"] = title
+            add_entry(file, entry, title)
             yield file
+
+
+def add_entry(file: h5py.File, name: str, title: str) -> h5py.Group:
+    """Create an entry whose data are in its NXdata `data`."""
+    entry = group(file, name, "NXentry")
+    entry.attrs["default"] = "data"
+    entry["title"] = title
+    return entry
 
 
 def group(parent: h5py.Group, name: str, nexus_class: str) -> h5py.Group:
@@ -147,11 +212,6 @@ def field(
     return dataset
 
 
-def read_text(parent: h5py.Group, name: str) -> str:
-    """Read a string, "" where there is none."""
-    return parent[name].asstr()[()] if name in parent else ""
-
-
 def write_mapping(parent: h5py.Group, name: str, mapping: Mapping[str, str]) -> None:
     """Write provenance: one string a key, in order, as an NXprocess."""
     process = parent.create_group(name, track_order=True)
@@ -163,4 +223,5 @@ def write_mapping(parent: h5py.Group, name: str, mapping: Mapping[str, str]) -> 
 
 def read_mapping(parent: h5py.Group, name: str) -> dict[str, str]:
     """Read what `write_mapping` wrote."""
-    return {key: str(value) for key, value in parent[name].attrs.items() if key != "NX_class"}
+    group = parent[name]
+    return {key: text_attribute(group, key) for key in group.attrs if key != "NX_class"}

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from clbrdf.answers import keep_answer, read_answer
 from clbrdf.device import Device
+
+MEASURED = ("objectives.cl", "models/wang2013.cl")
+"""Files that tuning measures beside kernels/lib."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ def read_answers(device: Device) -> dict[str, Lanes]:
     try:
         return {
             name: Lanes(int(row["width"]), int(row["unroll"]))
-            for name, row in read_answer(device, "lanes").items()
+            for name, row in read_answer(device, "lanes", _measured()).items()
         }
     except (KeyError, TypeError, ValueError):
         return {}
@@ -57,4 +62,11 @@ def read_answers(device: Device) -> dict[str, Lanes]:
 def keep_answers(device: Device, answers: dict[str, Lanes]) -> Path:
     """Keep tuned lanes of a device; return the file."""
     rows = {name: {"width": lanes.width, "unroll": lanes.unroll} for name, lanes in answers.items()}
-    return keep_answer(device, "lanes", rows)
+    return keep_answer(device, "lanes", rows, _measured())
+
+
+@cache
+def _measured() -> str:
+    """Return the kernels that tuning measures (`clbrdf.bench.tune`): E of the default model."""
+    root = resources.files("clbrdf.kernels")
+    return "".join(root.joinpath(name).read_text(encoding="utf-8") for name in MEASURED)

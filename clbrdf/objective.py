@@ -20,8 +20,8 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     ----------
     scan : Scan
     weights : "none", "relative", "sigma" or (N,) array
-        1 (as in the paper); 1/f²; 1/σ² of the scan's uncertainties (values without one get 0); or one
-        weight a direction, g1(θi) g2(θr) in (13), finite and not negative.
+        1 (as in the paper); 1/f² (values at or below zero get 0); 1/σ² of the scan's uncertainties (values
+        without one get 0); or one weight a direction, g1(θi) g2(θr) in (13), finite and not negative.
 
     Raises
     ------
@@ -34,6 +34,7 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
         if weights == "none":
             out[usable] = 1.0
         elif weights == "relative":
+            usable &= scan.brdf > 0.0
             out[usable] = scan.brdf[usable] ** -2.0
         elif weights == "sigma":
             if scan.sigma is None:
@@ -58,17 +59,18 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
 def residual_scale(scan: Scan, weights: Array) -> Array:
     """Scale s = √(g / Σ g f²), (N, W): with it E is the plain sum of (s (f_model − f))², 0 where masked.
 
+    0 for a wavelength whose values are all 0, too: E has no meaning there.
     Formed from weights relative to the largest at each wavelength, so that neither the units of f nor
     those of g can overflow.
     """
     measured = np.where(weights > 0.0, scan.brdf, 0.0)
     largest_g = weights.max(axis=0)
-    largest_f = measured.max(axis=0)
+    largest_f = np.abs(measured).max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         g = weights / largest_g
         norm = np.sqrt((g * (measured / largest_f) ** 2).sum(axis=0)) * largest_f
         scale = np.sqrt(g) / norm
-    return np.where(weights > 0.0, scale, 0.0)
+    return np.where((weights > 0.0) & (largest_f > 0.0), scale, 0.0)
 
 
 def objective(model_values: Array, scan: Scan, weights: Array) -> Array:
@@ -80,8 +82,12 @@ def objective(model_values: Array, scan: Scan, weights: Array) -> Array:
 
 
 def relative_rms(model_values: Array, scan: Scan, rows: npt.NDArray[np.bool_] | slice = slice(None)) -> Array:
-    """σ_r of (14), (W,): √(mean of ((f_model − f) / f)²) over unmasked values of some rows; else NaN."""
-    usable, measured = ~scan.mask[rows], scan.brdf[rows]
+    """σ_r of (14), (W,): √(mean of ((f_model − f) / f)²) over some rows; NaN where nothing is left.
+
+    Masked values are left out, and those at or below zero, for which a relative deviation has no meaning.
+    """
+    measured = scan.brdf[rows]
+    usable = ~scan.mask[rows] & (measured > 0.0)
     zero = np.zeros_like(measured)
     ratio = np.divide(model_values[rows] - measured, measured, out=zero, where=usable)
     with np.errstate(invalid="ignore"):
@@ -91,4 +97,12 @@ def relative_rms(model_values: Array, scan: Scan, rows: npt.NDArray[np.bool_] | 
 
 def relative_rms_by_incident_angle(model_values: Array, scan: Scan) -> Array:
     """σ_r of (14) for each of `scan.incident_angles` alone, (I, W), as in the paper's Table 2."""
-    return np.array([relative_rms(model_values, scan, scan.theta_i == a) for a in scan.incident_angles])
+    angles, group = np.unique(scan.theta_i, return_inverse=True)
+    measured = scan.brdf
+    usable = ~scan.mask & (measured > 0.0)
+    ratio = np.divide(model_values - measured, measured, out=np.zeros_like(measured), where=usable)
+    total, count = np.zeros((2, len(angles), measured.shape[1]))
+    np.add.at(total, group, ratio**2)
+    np.add.at(count, group, usable)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.sqrt(total / count))

@@ -16,13 +16,14 @@ class Precision:
     Attributes
     ----------
     name : str
-        "fast:3" to "fast:5", "single" or "double"; "fast" alone is "fast:4".
+        "fast:3" to "fast:6", "single" or "double"; "fast" alone is "fast:4".
     dtype : type
         float32 or float64.
     degree : int
         Of the polynomial in exp2 (kernels/lib/exp2.cl).
     careful : bool
-        Whether model values carry the exponent as an unevaluated sum of two numbers.
+        Whether more than fp32 is carried where a model needs it: the exponent as an unevaluated sum of two
+        numbers where the model has such a form, everything in fp64 where it has none.
     bound : float
         Relative error of model values within the default bounds of the parameters, wherever f > 1e-30;
         measured on the hard cases and on random points of the domain by tests/test_precision.py.
@@ -41,6 +42,7 @@ PRECISIONS = {
         Precision("fast:3", np.float32, 3, False, 3e-2),
         Precision("fast:4", np.float32, 4, False, 1e-3),
         Precision("fast:5", np.float32, 5, False, 3e-4),
+        Precision("fast:6", np.float32, 6, False, 2e-4),
         Precision("single", np.float32, 6, True, 1e-5),
         Precision("double", np.float64, 10, False, 5e-13),
     )

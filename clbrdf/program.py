@@ -5,9 +5,8 @@ names), vectors, exp2 and directions, the model, the library files a job asks fo
 left to the compiler's include path, which breaks on folders with a space; `#line` markers keep the file
 names in messages.
 
-What is not asked for is not in the text: a line that ends in `//@name` stays only where the name is a term
-that the model has, or a part of the job that the variant asks for; lines from `//@{` to `//@}` stay where the
-model is whole.
+What is not asked for is not in the text: a line of a job that ends in `//@name` stays only where the
+variant asks for that part.
 """
 
 from __future__ import annotations
@@ -36,9 +35,22 @@ BUILD_OPTIONS = ["-cl-std=CL1.2", "-cl-no-signed-zeros", "-cl-mad-enable"]
 
 @dataclass(frozen=True)
 class Variant:
-    """What a program is built for: job file, model, precision, lanes, library files, parts of the job.
+    """What a program is built for.
 
-    The library file "pair" comes before the model and makes it careful; the others come after it.
+    Attributes
+    ----------
+    job : str
+        A file in kernels.
+    model : Model
+    precision : Precision
+    lanes : Lanes
+    library : tuple of str
+        Files in kernels/lib that the job takes. "pair" comes before the model and makes it careful,
+        "direction" before it and lets it form its features on the device; the others come after it.
+    parts : tuple of str
+        Lines of the job that are marked by these names.
+    free : tuple of int or None
+        Places of the parameters that a fit may change; None is all of them.
     """
 
     job: str
@@ -47,6 +59,7 @@ class Variant:
     lanes: Lanes
     library: tuple[str, ...] = ()
     parts: tuple[str, ...] = ()
+    free: tuple[int, ...] | None = None
 
     @classmethod
     def on(
@@ -57,9 +70,10 @@ class Variant:
         precision: Precision,
         library: tuple[str, ...] = (),
         parts: tuple[str, ...] = (),
+        free: tuple[int, ...] | None = None,
     ) -> Variant:
         """Return the variant with the lanes that suit a device."""
-        return cls(job, model, precision, lanes_of(device, precision.dtype), library, parts)
+        return cls(job, model, precision, lanes_of(device, precision.dtype), library, parts, free)
 
 
 def kernel_text(path: str) -> str:
@@ -68,19 +82,12 @@ def kernel_text(path: str) -> str:
     return f'#line 1 "kernels/{path}"\n{text}\n'
 
 
-def only(text: str, wanted: Collection[str], whole: bool = True) -> str:
-    """Return a kernel text without the lines marked by names that are not wanted; line numbers stay.
-
-    Lines from `//@{` to `//@}` stay where the model is whole.
-    """
-    lines, inside = [], False
+def only(text: str, wanted: Collection[str]) -> str:
+    """Return a kernel text without the lines marked by names that are not wanted; line numbers stay."""
+    lines = []
     for line in text.split("\n"):
         code, marker, name = line.partition("//@")
-        if marker and name in "{}":
-            inside, line = name == "{", ""
-        elif marker:
-            line = code.rstrip() if name in wanted else ""
-        lines.append("" if inside and not whole else line)
+        lines.append((code.rstrip() if name in wanted else "") if marker else line)
     return "\n".join(lines)
 
 
@@ -100,9 +107,12 @@ def philox_text() -> str:
 
 
 def constants_text(variant: Variant) -> str:
-    """Return the macros and the geometry record that follow from precision, lanes and model table."""
+    """Return the macros that follow from precision, lanes and model table.
+
+    The place of parameter alpha is P_alpha, that of ggx.alpha in a sum P_ggx_alpha.
+    """
     model = variant.model
-    names = [p.name.upper() for p in model.parameters]
+    rows = model.parameters
     kind = "double" if variant.precision.dtype is np.float64 else "float"
     lines = [f"#define REAL {kind}", f"#define WIDTH {variant.lanes.width}"]
     lines += [f"#define UNROLL {variant.lanes.unroll}", f"#define EXP2_DEGREE {variant.precision.degree}"]
@@ -110,25 +120,38 @@ def constants_text(variant: Variant) -> str:
         lines.append("#define REAL_IS_DOUBLE")
     if "pair" in variant.library:
         lines.append("#define CAREFUL")
+    if "direction" in variant.library:
+        lines.append("#define FEATURES_ON_DEVICE")
     lines.append(f"#define LOG2_OF_ZERO {LOG2_OF_ZERO:.1f}{'' if kind == 'double' else 'f'}")
-    lines += [f"#define P {len(names)}", f"#define F {len(model.feature_names)}"]
-    lines += [f"#define {name} {j}" for j, name in enumerate(names)]
-    on_log = ", ".join("1" if p.scale == "log" else "0" for p in model.parameters)
-    signs = ", ".join(f"{p.sign:.0f}" for p in model.parameters)
+    lines += [f"#define P {len(rows)}", f"#define F {len(model.feature_names)}"]
+    lines.append(f"#define TERMS {len(model.linear)}")
+    lines += [f"#define P_{row.symbol} {j}" for j, row in enumerate(rows)]
+    free = range(len(rows)) if variant.free is None else variant.free
+    solved = [j for j in free if rows[j].linear]
+    searched = [j for j in free if not rows[j].linear]
+    tables = {
+        "on_log_scale": [int(row.scale == "log") for row in rows],
+        "sign_of": [int(row.sign) for row in rows],
+        "free_place": list(free),
+        "linear_place": solved,
+        "searched_place": searched,
+        "term_of": [model.linear.index(j) for j in solved],
+    }
+    lines += [f"#define {name} {len(tables[table])}" for name, table in COUNTS.items()]
+    # A table of no entries is not C; its one entry is not looked at.
     lines += [
-        f"constant int on_log_scale[P] = {{{on_log}}};",
-        f"constant int sign_of[P] = {{{signs}}};",
+        f"constant int {name}[] = {{{', '.join(map(str, values or [0]))}}};"
+        for name, values in tables.items()
     ]
-    # Without a structure nothing is solved, and the places are not used.
-    linear = [] if model.structure is None else model.places(model.structure.linear)
-    searched = [j for j in range(len(names)) if j not in linear]
-    for name, places in (("linear_place", linear or [0]), ("searched_place", searched)):
-        lines.append(f"constant int {name}[] = {{{', '.join(map(str, places))}}};")
     return "\n".join(lines) + "\n"
 
 
+COUNTS = {"FREE": "free_place", "LINEAR": "linear_place", "NONLINEAR": "searched_place"}
+"""Macros that count the entries of a table."""
+
+
 def geometry_text(model: Model) -> str:
-    """Return the record of a direction, that of geometry features, and the two ways to load the latter."""
+    """Return the record of geometry features, and the two ways to load it."""
     fields = ", ".join(model.feature_names) or "none"
     lanes = "\n".join(
         f"    x.{name} = LOAD(group, rows + {j} * n_padded);" for j, name in enumerate(model.feature_names)
@@ -136,7 +159,7 @@ def geometry_text(model: Model) -> str:
     start = "" if model.feature_names else " = {(realv)0}"
     same = "\n".join(f"    x.{name} = (realv)row[n * F + {j}];" for j, name in enumerate(model.feature_names))
     return (
-        kernel_text("lib/direction.cl") + f"typedef struct {{ realv {fields}; }} geometry;\n"
+        f"typedef struct {{ realv {fields}; }} geometry;\n"
         "inline geometry geometry_lanes(global const real *rows, ulong n_padded, size_t group) {\n"
         f"    geometry x{start};\n{lanes}\n    return x;\n}}\n"
         "inline geometry geometry_of(global const real *row, size_t n) {\n"
@@ -144,25 +167,31 @@ def geometry_text(model: Model) -> str:
     )
 
 
+ARITHMETIC = ("vector", "exp2", "log", "erfcx")
+"""Files of kernels/lib that any model may call."""
+
+BEFORE_MODEL = ("direction", "pair")
+
+
+def model_text(variant: Variant) -> str:
+    """Return the text up to and with the model's functions: what every job begins with."""
+    return (
+        constants_text(variant)
+        + "".join(kernel_text(f"lib/{name}.cl") for name in ARITHMETIC)
+        + geometry_text(variant.model)
+        + "".join(kernel_text(f"lib/{name}.cl") for name in BEFORE_MODEL if name in variant.library)
+        + f'#line 1 "kernels/models/{variant.model.name}.cl"\n{variant.model.kernel()}\n'
+    )
+
+
 def source_text(variant: Variant) -> str:
     """Return the whole source of a variant."""
-    model = variant.model
-    terms = [term.name for term in model.terms]
     library = "".join(
         philox_text() if name == "philox" else kernel_text(f"lib/{name}.cl")
         for name in variant.library
-        if name != "pair"
+        if name not in BEFORE_MODEL
     )
-    return (
-        constants_text(variant)
-        + kernel_text("lib/vector.cl")
-        + kernel_text("lib/exp2.cl")
-        + geometry_text(variant.model)
-        + (kernel_text("lib/pair.cl") if "pair" in variant.library else "")
-        + only(kernel_text(f"models/{model.name}.cl"), terms, not model.left_out)
-        + library
-        + only(kernel_text(f"{variant.job}.cl"), variant.parts)
-    )
+    return model_text(variant) + library + only(kernel_text(f"{variant.job}.cl"), variant.parts)
 
 
 @cache
@@ -201,6 +230,8 @@ def upload(device: Device, values: np.ndarray, dtype: type[np.generic] | None = 
 
     with np.errstate(over="ignore"):  # what fp32 cannot hold becomes infinite, and its results are seen to
         host = np.ascontiguousarray(values, dtype=dtype)
+    if host.size == 0:  # a model without features: a buffer needs a value, which nobody reads
+        host = np.zeros(1, dtype=host.dtype)
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     return cl.Buffer(open_queue(device).context, flags, hostbuf=host)
 

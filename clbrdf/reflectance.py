@@ -142,5 +142,5 @@ def hemispherical_integral(
     The angles are as in `directional_hemispherical_reflectance`, and not checked here.
     """
     grid = graded_grid(float(theta_i), float(max_zenith), points)
-    total: Array = grid.weight @ brdf(Directions(np.full(1, theta_i), grid.theta_r, grid.phi))
+    total: Array = grid.weight @ brdf(Directions.relative(np.full(1, theta_i), grid.theta_r, grid.phi))
     return total

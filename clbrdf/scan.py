@@ -2,54 +2,52 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf import hdf5
 from clbrdf.errors import InputError
-from clbrdf.geometry import Directions, broadcast_angles, check_finite, check_zenith, read_only, wrap_azimuth
+from clbrdf.files import split_entry
+from clbrdf.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
+from clbrdf.join import joined
+from clbrdf.rectangle import group_numbers
+from clbrdf.scancheck import checked_bands, checked_wavelength, matrix, widths
+from clbrdf.scanfile import POLARISATIONS, read_frame, write_frame
 
 if TYPE_CHECKING:
     import h5py
 
 Array = npt.NDArray[np.float64]
-T = TypeVar("T", bound=np.generic)
 
-FLAGS = ("not_measured", "not_a_number", "infinite", "zero", "negative")
-"""Reasons every scan knows, bits 0 to 4; a scan's own reasons take the bits after them."""
-
-MOST_FLAGS = 32
-
-
-ANGLES = {
-    "theta_i": "incident zenith",
-    "phi_i": "incident azimuth",
-    "theta_r": "view zenith",
-    "phi_r": "view azimuth",
-}
+POLARISATION = ("unknown", "unpolarised", "s", "p")
+"""Of the light that comes in, or of what is detected: s has its field normal to the plane of incidence."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scan:
     """BRDF of one sample in N directions at W wavelengths; immutable.
 
-    Values that cannot be used (NaN, infinite, zero, negative) are flagged when the record is made; a
-    value with any flag is masked: kept, shown, counted, and never fitted.
+    Values that cannot be used are flagged when the record is made: NaN, infinite, and values at or below
+    zero that no standard uncertainty allows (`clbrdf.flags`). A value with any flag is masked: kept, shown,
+    counted, and never fitted.
 
     Attributes
     ----------
     theta_i, phi_i, theta_r, phi_r : (N,) float64
-        Incident and view zenith [0, 90) and azimuth [0, 360), degrees.
+        Incident zenith [0, 90), view zenith [0, 90) for reflection or (90, 180] for transmission, and
+        azimuths [0, 360), degrees.
     wavelength : (W,) float64
-        nm, positive, strictly increasing.
+        nm, positive, strictly increasing; all NaN where `bands` are given.
     brdf : (N, W) float64
-        1/sr, without the cosine.
+        1/sr, without the cosine; for transmission the BTDF.
     sigma : (N, W) float64 or None
         Standard uncertainty of `brdf`, 1/sr; NaN where unknown; None where there is none at all.
     flags : (N, W) uint32
@@ -60,6 +58,14 @@ class Scan:
         What was measured, and with what.
     provenance : mapping of str to str
         Who made it: program version, command, seed, hashes of inputs.
+    bands : tuple of str
+        Names of the W columns where they are no wavelengths, such as R, G, B; else empty.
+    source_polarisation, detector_polarisation : str
+        One of POLARISATION.
+    solid_angle : (N,) float64 or None
+        Of the receiver as seen from the sample, sr; NaN where unknown. A number stands for all directions.
+    bandpass : (W,) float64 or None
+        Full width at half maximum, nm; NaN where unknown. A number stands for all wavelengths.
 
     Raises
     ------
@@ -85,39 +91,47 @@ class Scan:
     sample: str = ""
     instrument: str = ""
     provenance: Mapping[str, str] = field(default_factory=dict)
+    bands: tuple[str, ...] = ()
+    source_polarisation: str = "unknown"
+    detector_polarisation: str = "unknown"
+    solid_angle: Array | None = None
+    bandpass: Array | None = None
 
     def __post_init__(self) -> None:
-        angles = broadcast_angles(*(getattr(self, name) for name in ANGLES))
+        angles = checked_angles(*(getattr(self, name) for name in ANGLES))
         for name, values in zip(ANGLES, angles, strict=True):
-            if name.startswith("theta"):
-                check_zenith(name, values)
-            else:
-                check_finite(name, values)
-                values = wrap_azimuth(values)
             self._set(name, values)
-        self._set("wavelength", _checked_wavelength(self.wavelength))
+        object.__setattr__(self, "bands", checked_bands(self.bands))
+        self._set("wavelength", checked_wavelength(self.wavelength, self.bands))
         shape = (len(self.theta_i), len(self.wavelength))
         if 0 in shape:
             raise InputError(f"a scan of {shape[0]} directions and {shape[1]} wavelengths holds nothing")
-        self._set("brdf", _matrix("brdf", self.brdf, shape, np.float64))
+        self._set("brdf", matrix("brdf", self.brdf, shape, np.float64))
         if self.sigma is not None:
-            sigma = _matrix("sigma", self.sigma, shape, np.float64)
+            sigma = matrix("sigma", self.sigma, shape, np.float64)
             if (sigma < 0.0).any() or np.isinf(sigma).any():
                 place = tuple(int(k[0]) for k in np.nonzero((sigma < 0.0) | np.isinf(sigma)))
                 raise InputError(
                     f"sigma{list(place)} is {sigma[place]:g}; give a positive value, or NaN if unknown"
                 )
             self._set("sigma", sigma)
-        names = tuple(self.flag_names)
-        if names[: len(FLAGS)] != FLAGS or len(names) > MOST_FLAGS or len(set(names)) < len(names):
-            raise InputError(f"flag names are {names}; they start with {FLAGS}, differ, and are at most 32")
-        object.__setattr__(self, "flag_names", names)
+        object.__setattr__(self, "flag_names", check_flag_names(self.flag_names))
         given = np.zeros(shape, np.uint32) if self.flags is None else self.flags
-        self._set("flags", flag_unusable(self.brdf, _matrix("flags", given, shape, np.uint32)))
+        self._set("flags", flag_unusable(self.brdf, matrix("flags", given, shape, np.uint32), self.sigma))
         object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+        for name in POLARISATIONS:
+            if getattr(self, name) not in POLARISATION:
+                raise InputError(f"{name} is {getattr(self, name)!r}; give one of {', '.join(POLARISATION)}")
+        for name, length in (("solid_angle", shape[0]), ("bandpass", shape[1])):
+            if getattr(self, name) is not None:
+                self._set(name, widths(name, getattr(self, name), length))
 
     def _set(self, name: str, values: npt.NDArray[np.generic]) -> None:
-        object.__setattr__(self, name, read_only(values))
+        values.flags.writeable = False
+        object.__setattr__(self, name, values)
+
+    def __len__(self) -> int:
+        return len(self.theta_i)
 
     @property
     def phi(self) -> Array:
@@ -133,12 +147,37 @@ class Scan:
     @property
     def directions(self) -> Directions:
         """The N directions as one record."""
-        return Directions(self.theta_i, self.theta_r, self.phi)
+        return Directions(self.theta_i, self.phi_i, self.theta_r, self.phi_r)
+
+    @property
+    def transmitted(self) -> npt.NDArray[np.bool_]:
+        """(N,), True where the view direction lies beyond the surface, θr > 90°."""
+        return np.greater(self.theta_r, 90.0)
+
+    @property
+    def side(self) -> npt.NDArray[np.str_]:
+        """(N,), "reflection" or "transmission"."""
+        return self.directions.side
 
     @property
     def incident_angles(self) -> Array:
         """The distinct incident zeniths, increasing, degrees."""
         return np.unique(self.theta_i)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the columns are called: "550 nm", or the names of the bands."""
+        return self.bands or tuple(f"{value:g} nm" for value in self.wavelength)
+
+    @property
+    def column_keys(self) -> npt.NDArray[np.uint32]:
+        """A number for each column, (W,): its picometres, or the place of its band.
+
+        It names the column for random numbers, so that it draws the same whatever else is in the scan.
+        """
+        if self.bands:
+            return np.arange(len(self.bands), dtype=np.uint32)
+        return np.round(self.wavelength * 1000.0).astype(np.uint64).astype(np.uint32)
 
     def flag_counts(self) -> dict[str, int]:
         """How many values carry each reason, those that occur."""
@@ -150,7 +189,15 @@ class Scan:
         return {name: count for name, count in counts.items() if count}
 
     def at(self, wavelengths: npt.ArrayLike) -> Scan:
-        """Return the scan at the measured wavelengths nearest to those given, nm."""
+        """Return the scan at the measured wavelengths nearest to those given, nm.
+
+        Raises
+        ------
+        InputError
+            The scan has bands and no wavelengths.
+        """
+        if self.bands:
+            raise InputError(f"the scan has the bands {', '.join(self.bands)} and no wavelengths")
         wanted = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
         nearest = np.abs(self.wavelength[None, :] - wanted[:, None]).argmin(axis=1)
         return self.columns(np.unique(nearest))
@@ -158,18 +205,71 @@ class Scan:
     def columns(self, index: Sequence[int] | slice | npt.NDArray[np.intp]) -> Scan:
         """Return the scan at some of its wavelengths, by their places."""
         assert self.flags is not None
+        places = np.arange(len(self.wavelength))[index]
         return replace(
             self,
-            wavelength=self.wavelength[index],
-            brdf=self.brdf[:, index],
-            sigma=None if self.sigma is None else self.sigma[:, index],
-            flags=self.flags[:, index],
+            wavelength=self.wavelength[places],
+            brdf=self.brdf[:, places],
+            sigma=None if self.sigma is None else self.sigma[:, places],
+            flags=self.flags[:, places],
+            bands=tuple(self.bands[k] for k in places) if self.bands else (),
+            bandpass=None if self.bandpass is None else self.bandpass[places],
         )
+
+    def rows(self, index: Sequence[int] | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Scan:
+        """Return the scan in some of its directions, by their places or where a (N,) mask is True."""
+        assert self.flags is not None
+        return replace(
+            self,
+            **{name: getattr(self, name)[index] for name in ANGLES},
+            brdf=self.brdf[index],
+            sigma=None if self.sigma is None else self.sigma[index],
+            flags=self.flags[index],
+            solid_angle=None if self.solid_angle is None else self.solid_angle[index],
+        )
+
+    def reflection(self) -> Scan:
+        """Return the scan without its directions of transmission.
+
+        Raises
+        ------
+        InputError
+            There are no others.
+        """
+        beyond = self.transmitted
+        if not beyond.any():
+            return self
+        if beyond.all():
+            raise InputError(f"all {len(self)} directions are of transmission, and reflection is needed here")
+        return self.rows(~beyond)
+
+    @classmethod
+    def merge(cls, scans: Sequence[Scan]) -> Scan:
+        """Return one scan of several: more directions, more wavelengths, or both.
+
+        Directions are the same where all four angles and the receiver's solid angle are. A value measured
+        again makes a repeat of its direction; what no scan has measured is flagged "not_measured".
+
+        Raises
+        ------
+        InputError
+            No scans; scans of bands and of wavelengths, or of different polarisation.
+        """
+        return cls(**joined([{f.name: getattr(scan, f.name) for f in fields(scan)} for scan in scans]))
 
     def repeated_directions(self) -> int:
         """How many directions repeat an earlier one exactly (drift checks, repeats)."""
-        rows = np.stack([self.theta_i, self.theta_r, self.phi], axis=1)
-        return len(rows) - len(np.unique(rows, axis=0))
+        numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
+        return len(numbers) - int(numbers.max()) - 1
+
+    def rotations(self) -> Array:
+        """Return the incident azimuths, degrees, where some θi, θr, φ was measured at several; else none.
+
+        There are some where a scan can tell whether the sample is anisotropic.
+        """
+        relative = group_numbers(np.stack([self.theta_i, self.theta_r, self.phi], axis=1))
+        full = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
+        return np.unique(self.phi_i) if full.max() > relative.max() else np.empty(0)
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the scan as a NeXus HDF5 file, whole or not at all.
@@ -179,120 +279,99 @@ class Scan:
         InputError
             The file exists and `overwrite` is False, or it cannot be written.
         """
-        with hdf5.create_file(path, "scan", f"BRDF of {self.sample or 'a sample'}", overwrite) as file:
-            self.write(file["entry"])
+        save_scans(path, {"entry": self}, overwrite)
 
     @classmethod
     def open(cls, path: str | Path) -> Scan:
-        """Read a scan file; of a fit file, the scan that was fitted.
+        """Read a scan file, or of several scans in it the one named as in ``file.h5::name``.
+
+        Of a fit file, the scan that was fitted.
 
         Raises
         ------
         InputError
-            The file is missing, damaged, of a newer version, or holds neither.
+            The file is missing, damaged, of a newer version, or holds neither; it holds several scans and
+            none is named, or none of that name.
         """
         with hdf5.open_file(path) as file:
             if hdf5.content_of(file) != "fit":
                 hdf5.check_content(file, "scan")
             try:
-                return cls.read(file["entry"])
+                return cls.read(hdf5.find_entry(file, path))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
 
     def write(self, entry: h5py.Group) -> None:
         """Write the scan into an NXentry that follows NXoptical_spectroscopy where it fits."""
         angles = {name: getattr(self, name) for name in ANGLES}
-        data = write_frame(entry, angles, self.wavelength, self.sample, self.instrument)
+        data = write_frame(entry, angles, self.wavelength, self.sample, self.instrument, self.bands)
         hdf5.field(data, "brdf", self.brdf, "1/sr", "BRDF (1/sr)")
         if self.sigma is not None:
             hdf5.field(data, "brdf_errors", self.sigma, "1/sr", "standard uncertainty of the BRDF")
         assert self.flags is not None
         flags = hdf5.field(data, "flags", self.flags, "", "reasons for masking, as bits")
         flags.attrs["names"] = list(self.flag_names)
+        if self.solid_angle is not None:
+            hdf5.field(data, "solid_angle", self.solid_angle, "sr", "solid angle of the receiver")
+        if self.bandpass is not None:
+            hdf5.field(data, "bandpass", self.bandpass, "nm", "full width at half maximum")
+        for name in POLARISATIONS:
+            if getattr(self, name) != "unknown":
+                entry["instrument"].attrs[name] = getattr(self, name)
         hdf5.write_mapping(entry, "provenance", self.provenance)
 
     @classmethod
     def read(cls, entry: h5py.Group) -> Scan:
-        """Read what `write` wrote."""
-        data = entry["data"]
-        return cls(
-            **{name: data[name][()] for name in (*ANGLES, "wavelength", "brdf")},
-            sigma=data["brdf_errors"][()] if "brdf_errors" in data else None,
-            flags=data["flags"][()],
-            flag_names=tuple(str(name) for name in data["flags"].attrs["names"]),
-            sample=hdf5.read_text(entry["sample"], "name"),
-            instrument=hdf5.read_text(entry["instrument"], "name"),
-            provenance=hdf5.read_mapping(entry, "provenance"),
-        )
+        """Read what `write` wrote.
+
+        Raises
+        ------
+        InputError
+            Something in it is damaged, or has an unknown unit.
+        KeyError
+            Something is missing.
+        """
+        return cls(**read_frame(entry))
 
 
-def write_frame(
-    entry: h5py.Group, angles: Mapping[str, Array], wavelength: Array, sample_name: str, instrument_name: str
-) -> h5py.Group:
-    """Write what a scan says beside its values into an NXentry; return the NXdata that takes the values.
+def save_scans(path: str | Path, scans: Mapping[str, Scan], overwrite: bool = False) -> None:
+    """Write scans by name into one NeXus HDF5 file, an NXentry each, whole or not at all.
 
-    `angles` holds theta_i, phi_i, theta_r, phi_r, each (N,), degrees.
+    Raises
+    ------
+    InputError
+        No scans; a name that HDF5 or the command line cannot take; the file exists and `overwrite` is
+        False, or it cannot be written.
     """
-    entry["definition"] = "NXoptical_spectroscopy"
-    entry["experiment_type"] = "reflection spectroscopy"
-    entry["experiment_sub_type"] = "bidirectional reflectance distribution function"
-    sample = hdf5.group(entry, "sample", "NXsample")
-    sample["name"] = sample_name
-    instrument = hdf5.group(entry, "instrument", "NXinstrument")
-    instrument["name"] = instrument_name
-    instrument["angle_reference_frame"] = "sample-normal centered"
-    data = hdf5.group(entry, "data", "NXdata")
-    data.attrs["signal"] = "brdf"
-    data.attrs["axes"] = [".", "wavelength"]
-    for name in ANGLES:
-        data.attrs[f"{name}_indices"] = 0
-    data.attrs["wavelength_indices"] = 1
-    for name, meaning in ANGLES.items():
-        hdf5.field(data, name, angles[name], "deg", meaning)
-    hdf5.field(data, "wavelength", wavelength, "nm", "wavelength")
-    return data
+    for name in scans:
+        if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", name):
+            raise InputError(f"{name!r} is no name for a scan in a file; take letters, digits and _ . + -")
+    if not scans:
+        raise InputError(f"{path}: no scan to write")
+    first, *others = scans
+    with hdf5.create_file(path, "scan", _title(scans[first]), overwrite, first) as file:
+        scans[first].write(file[first])
+        for name in others:
+            scans[name].write(hdf5.add_entry(file, name, _title(scans[name])))
 
 
-def flag_unusable(brdf: Array, flags: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """Return the flags with the bits for NaN, infinite, zero and negative values set.
+def open_scans(path: str | Path) -> dict[str, Scan]:
+    """Read all scans of a file, by name; of a path like ``file.h5::name`` that one.
 
-    A NaN that is flagged as not measured is no surprise and gets no second reason.
+    Raises
+    ------
+    InputError
+        As `Scan.open`.
     """
-    out = flags.copy()
-    missing = (out & np.uint32(1)) != 0
-    for name, bad in (
-        ("not_a_number", np.isnan(brdf) & ~missing),
-        ("infinite", np.isinf(brdf)),
-        ("zero", brdf == 0.0),
-        ("negative", np.isfinite(brdf) & (brdf < 0.0)),
-    ):
-        out[bad] |= np.uint32(1 << FLAGS.index(name))
-    return out
+    with hdf5.open_file(path) as file:
+        names = hdf5.entry_names(file)
+        if len(names) <= 1 or split_entry(path)[1]:
+            names = []
+    source = split_entry(path)[0]
+    if not names:
+        return {split_entry(path)[1] or "entry": Scan.open(path)}
+    return {name: Scan.open(f"{source}::{name}") for name in names}
 
 
-def _checked_wavelength(values: npt.ArrayLike) -> Array:
-    wavelength = np.array(values, dtype=np.float64, ndmin=1)
-    if wavelength.ndim != 1:
-        raise InputError(f"wavelength has {wavelength.ndim} dimensions; give a one-dimensional array")
-    check_finite("wavelength", wavelength)
-    if (wavelength <= 0.0).any():
-        place = int(np.argmax(wavelength <= 0.0))
-        raise InputError(f"wavelength[{place}] is {wavelength[place]:g} nm; it has to be positive")
-    falls = np.diff(wavelength) <= 0.0
-    if falls.any():
-        place = int(np.argmax(falls)) + 1
-        word = "repeats" if wavelength[place] == wavelength[place - 1] else "follows"
-        raise InputError(
-            f"wavelength[{place}], {wavelength[place]:g} nm, {word} {wavelength[place - 1]:g} nm;"
-            " sort the wavelengths and give each once"
-        )
-    return wavelength
-
-
-def _matrix(name: str, values: npt.ArrayLike, shape: tuple[int, int], dtype: type[T]) -> npt.NDArray[T]:
-    matrix = np.array(values, dtype=dtype)
-    if matrix.shape != shape:
-        raise InputError(
-            f"{name} has shape {matrix.shape}; {shape[0]} directions × {shape[1]} wavelengths need {shape}"
-        )
-    return matrix
+def _title(scan: Scan) -> str:
+    return f"BRDF of {scan.sample or 'a sample'}"

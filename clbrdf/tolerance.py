@@ -64,8 +64,8 @@ def choose_precision(
     device : Device, optional
     model : str
     measure : bool
-        Measure the costs (a few seconds, once a device) where they are not known; else take the less exact
-        for the cheaper.
+        Measure the costs (a few seconds, once a device and model) where they are not known; else take the
+        less exact for the cheaper.
 
     Raises
     ------
@@ -82,10 +82,11 @@ def choose_precision(
     if not kept:
         best = min(p.bound for p in able)
         raise InputError(f"rtol is {rtol:g}, and {best:g} is the best here; ask for precision 'reference'")
-    costs = known_costs(chosen) or (measure_costs(chosen, get_model(model), able) if measure else {})
+    judged = get_model(model)
+    costs = known_costs(chosen, judged) or (measure_costs(chosen, judged, able) if measure else {})
 
     def cost(p: Precision) -> tuple[float, float]:
-        return costs.get(p.name, 0.0), -p.bound
+        return costs.get(p.name, np.inf if costs else 0.0), -p.bound
 
     precision = min(kept, key=cost)
     better = [p for p in able if p.bound < precision.bound]
@@ -99,10 +100,11 @@ def choose_precision(
     )
 
 
-def known_costs(device: Device) -> dict[str, float]:
-    """Return nanoseconds a value by precision, {} where they have not been measured on a device."""
+def known_costs(device: Device, model: Model) -> dict[str, float]:
+    """Return nanoseconds a value by precision, {} where a device has not been measured with a model."""
     try:
-        return {name: float(value) for name, value in read_answer(device, TOPIC).items()}
+        kept = read_answer(device, TOPIC, model.kernel())
+        return {name: float(value) for name, value in kept.items()}
     except (TypeError, ValueError):
         return {}
 
@@ -111,8 +113,10 @@ def measure_costs(device: Device, model: Model, precisions: list[Precision]) -> 
     """Measure nanoseconds a value, geometry included, interleaved; keep and return them by precision."""
     rng = np.random.default_rng(1)
     n = MEASURED_DIRECTIONS
-    directions = Directions(rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 360.0, n))
-    parameters = model.vector({})[None, :]
+    directions = Directions.relative(
+        rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 85.0, n), rng.uniform(0.0, 360.0, n)
+    )
+    parameters = model.defaults[None, :]
     times: dict[str, list[float]] = {p.name: [] for p in precisions}
     for round_ in range(REPEATS + 1):
         for p in precisions:
@@ -121,5 +125,5 @@ def measure_costs(device: Device, model: Model, precisions: list[Precision]) -> 
             if round_:  # the first one compiles
                 times[p.name].append(time.perf_counter() - start)
     costs = {name: 1e9 * float(np.median(values)) / n for name, values in times.items()}
-    keep_answer(device, TOPIC, costs)
+    keep_answer(device, TOPIC, costs, model.kernel())
     return costs

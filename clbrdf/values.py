@@ -28,10 +28,16 @@ FEATURE_PART = 1 << 14
 """Directions whose geometry is formed at once: a dozen such columns stay in the cache."""
 
 
+def working_precision(model: Model, precision: Precision) -> Precision:
+    """Return the arithmetic that keeps a precision's promise for a model: double where no pairs can."""
+    return PRECISIONS["double"] if precision.careful and model.derived is None else precision
+
+
 def evaluate_directions(
     model: Model, parameters: Array, directions: Directions, precision: Precision, device: Device
 ) -> Array:
     """Return f (N, W) of parameters (W, P) in N directions, block by block."""
+    precision = working_precision(model, precision)
     n, w = len(directions), len(parameters)
     out = np.empty((n, w))
     block_n = max(1, min(n, BLOCK_VALUES))
@@ -50,6 +56,7 @@ def features_in_parts(model: Model, directions: Directions, precision: Precision
 
     In fp32 where the precision has no more digits to show; in fp64 else.
     """
+    precision = working_precision(model, precision)
     dtype = np.float32 if precision.dtype is np.float32 and not precision.careful else np.float64
     out = np.empty((len(directions), len(model.feature_names)), dtype=dtype)
     for first in range(0, len(directions), FEATURE_PART):
@@ -78,6 +85,7 @@ class Launcher:
     def __init__(self, model: Model, parameters: Array, precision: Precision, device: Device) -> None:
         import pyopencl as cl
 
+        precision = working_precision(model, precision)
         self.model, self.parameters, self.precision, self.device = model, parameters, precision, device
         variant = Variant.on(device, "evaluate", model, precision, ("pair",) if precision.careful else ())
         self._width = variant.lanes.width
@@ -141,6 +149,7 @@ def mean_over(
     """
     import pyopencl as cl
 
+    precision = working_precision(model, precision)
     w, b, p = parameters.shape
     parts = ("nodes",) * (weights is not None) + ("bands",) * (shares is not None)
     library = ("pair",) if precision.careful else ()
@@ -187,6 +196,7 @@ def upload_features(rows: Array, precision: Precision, device: Device) -> cl.Buf
 def upload_parameters(model: Model, parameters: Array, precision: Precision, device: Device) -> cl.Buffer:
     """Copy parameters (S, P) to a device, as pairs of derived ones where the precision is careful."""
     if precision.careful:
+        assert model.derived is not None  # working_precision has seen to it
         parameters = np.concatenate(in_two(model.derived(parameters), precision.dtype), axis=1)
     return upload(device, parameters, precision.dtype)
 

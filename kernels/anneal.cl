@@ -12,7 +12,7 @@
 kernel void anneal_start(DATA_ARGUMENTS, const real temperature_start, STATE_ARGUMENTS) {
     const size_t g = get_global_id(0), w = get_global_id(1), place = w * get_global_size(0) + g;
     start_chain(place, g * WIDTH, wavelength_keys[w], seed, rows, starts, incident_groups,
-                target + w * n_directions, scale + w * n_directions, lower, upper, q_all, best_all, step_all,
+                target + w * n_directions, scale + w * n_directions, lower_all + w * P, upper_all + w * P, q_all, best_all, step_all,
                 energy_all, best_energy_all, temperature_all, counts);
     STORE((realv)temperature_start, place, temperature_all);
 }
@@ -23,9 +23,9 @@ kernel void anneal_level(DATA_ARGUMENTS, const uint level, const uint sweeps, co
     chain c = load_chain(place, q_all, best_all, step_all, energy_all, best_energy_all);
     const realv temperature = LOAD(place, temperature_all);
     run_chain(&c, temperature, g * WIDTH, level * sweeps, sweeps, wavelength_keys[w], seed, rows, starts,
-              incident_groups, target + w * n_directions, scale + w * n_directions, lower, upper);
+              incident_groups, target + w * n_directions, scale + w * n_directions, lower_all + w * P, upper_all + w * P);
     for (int j = 0; j < P; ++j) {
-        STORE(next_step(&c, j, sweeps, upper[j] - lower[j]), place * P + j, step_all);
+        STORE(next_step(&c, j, sweeps, upper_all[w * P + j] - lower_all[w * P + j]), place * P + j, step_all);
         STORE(c.best[j], place * P + j, q_all);
         STORE(c.best[j], place * P + j, best_all);
     }

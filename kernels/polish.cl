@@ -29,22 +29,19 @@
 #endif
 
 #define PACKED(i, j) ((i) * ((i) + 1) / 2 + (j))
-#define PAIRS (P * (P + 1) / 2)
+#define PAIRS (FREE * (FREE + 1) / 2)
 
 #define PRODUCTS (TANGENTS * (TANGENTS + 1) / 2)
 
-// E, h and H at q. Within one incident direction the derivatives are multiples of a few tangents: products of
-// those are summed, and spread over the parameters once a group.
+// E at q, h and H over the free coordinates. Within one incident direction the derivatives are multiples of a few
+// tangents: products of those are summed, and spread over the parameters once a group.
 inline realv normal_equations(const realv *q, global const real *restrict rows,
                               global const uint *restrict starts, const uint groups,
                               global const real *restrict target, global const real *restrict scale,
                               realv *h, realv *H) {
-    realv p[P], slope[P];
-    for (int j = 0; j < P; ++j) {
-        p[j] = value_of(j, q[j]);
-        slope[j] = slope_of(j, p[j]);
-        h[j] = (realv)0.0;
-    }
+    realv p[P];
+    for (int j = 0; j < P; ++j) p[j] = value_of(j, q[j]);
+    for (int i = 0; i < FREE; ++i) h[i] = (realv)0.0;
     for (int k = 0; k < PAIRS; ++k) H[k] = (realv)0.0;
     model_state m = model_prepare(p);
     realv E = (realv)0.0;
@@ -66,12 +63,14 @@ inline realv normal_equations(const realv *q, global const real *restrict rows,
         }
         realv factor[P];
         model_factors(&m, factor);
-        for (int i = 0; i < P; ++i) {
-            factor[i] *= slope[i];
-            h[i] += factor[i] * with_residual[tangent_of[i]];
+        for (int i = 0; i < FREE; ++i) {
+            const int s = tangent_of[free_place[i]];
+            factor[free_place[i]] *= slope_of(free_place[i], p[free_place[i]]);
+            h[i] += factor[free_place[i]] * with_residual[s];
             for (int j = 0; j <= i; ++j) {
-                const int s = tangent_of[i], t = tangent_of[j];
-                H[PACKED(i, j)] += factor[i] * factor[j] * product[s > t ? PACKED(s, t) : PACKED(t, s)];
+                const int t = tangent_of[free_place[j]];
+                H[PACKED(i, j)] +=
+                    factor[free_place[i]] * factor[free_place[j]] * product[s > t ? PACKED(s, t) : PACKED(t, s)];
             }
         }
     }
@@ -81,27 +80,27 @@ inline realv normal_equations(const realv *q, global const real *restrict rows,
 // Solve (S H S + μI) y = −S h over the free coordinates, S the scaling to a unit diagonal; δ = S y.
 // Returns the decrease of E that the quadratic model predicts for δ.
 inline realv damped_step(const realv *h, const realv *H, const realv *free, realv mu, realv *delta) {
-    realv L[PAIRS], S[P], y[P];
-    for (int i = 0; i < P; ++i) S[i] = rsqrt(max(H[PACKED(i, i)], (realv)LEAST_SQUARE)) * free[i];
-    for (int i = 0; i < P; ++i)
+    realv L[PAIRS], S[FREE], y[FREE];
+    for (int i = 0; i < FREE; ++i) S[i] = rsqrt(max(H[PACKED(i, i)], (realv)LEAST_SQUARE)) * free[i];
+    for (int i = 0; i < FREE; ++i)
         for (int j = 0; j <= i; ++j) {
             realv sum = H[PACKED(i, j)] * S[i] * S[j];
             if (i == j) sum += mu + ((realv)1.0 - free[i]);
             for (int k = 0; k < j; ++k) sum -= L[PACKED(i, k)] * L[PACKED(j, k)];
             L[PACKED(i, j)] = i == j ? sqrt(max(sum, (realv)LEAST_PIVOT)) : sum / L[PACKED(j, j)];
         }
-    for (int i = 0; i < P; ++i) {
+    for (int i = 0; i < FREE; ++i) {
         realv sum = -h[i] * S[i];
         for (int k = 0; k < i; ++k) sum -= L[PACKED(i, k)] * y[k];
         y[i] = sum / L[PACKED(i, i)];
     }
     realv predicted = (realv)0.0;
-    for (int i = P - 1; i >= 0; --i) {
+    for (int i = FREE - 1; i >= 0; --i) {
         realv sum = y[i];
-        for (int k = i + 1; k < P; ++k) sum -= L[PACKED(k, i)] * y[k];
+        for (int k = i + 1; k < FREE; ++k) sum -= L[PACKED(k, i)] * y[k];
         y[i] = sum / L[PACKED(i, i)];
     }
-    for (int i = 0; i < P; ++i) {
+    for (int i = 0; i < FREE; ++i) {
         predicted += y[i] * (mu * y[i] - h[i] * S[i]);
         delta[i] = y[i] * S[i];
     }
@@ -111,7 +110,7 @@ inline realv damped_step(const realv *h, const realv *H, const realv *free, real
 kernel void polish(global const real *restrict rows, global const uint *restrict starts,
                    const uint incident_groups, const uint n_directions,
                    global const real *restrict target_all, global const real *restrict scale_all,
-                   global const real *restrict lower, global const real *restrict upper,
+                   global const real *restrict lower_all, global const real *restrict upper_all,
                    const uint most_iterations, const real tolerance,
                    global real *restrict q_all, global real *restrict objective_all,
                    global real *restrict iterations_all, global real *restrict done_all) {
@@ -119,26 +118,30 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
     const size_t place = w * groups + g;
     global const real *target = target_all + w * n_directions;
     global const real *scale = scale_all + w * n_directions;
+    global const real *lower = lower_all + w * P, *upper = upper_all + w * P;
 
     realv done = LOAD(place, done_all);
     if (!ANY(done == (realv)0.0)) return;
-    realv q[P], h[P], H[PAIRS];
+    realv q[P], h[FREE], H[PAIRS];
     for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
     realv E = normal_equations(q, rows, starts, incident_groups, target, scale, h, H);
     realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
-        realv free[P], delta[P], trial[P], trial_h[P], trial_H[PAIRS];
-        for (int j = 0; j < P; ++j) {
-            const integerv held = ((q[j] <= (realv)lower[j]) & (h[j] > (realv)0.0)) |
-                                  ((q[j] >= (realv)upper[j]) & (h[j] < (realv)0.0));
-            free[j] = held ? (realv)0.0 : (realv)1.0;
+        realv free[FREE], delta[FREE], trial[P], trial_h[FREE], trial_H[PAIRS];
+        for (int i = 0; i < FREE; ++i) {
+            const int j = free_place[i];
+            const integerv held = ((q[j] <= (realv)lower[j]) & (h[i] > (realv)0.0)) |
+                                  ((q[j] >= (realv)upper[j]) & (h[i] < (realv)0.0));
+            free[i] = held ? (realv)0.0 : (realv)1.0;
         }
         const realv predicted = damped_step(h, H, free, mu, delta);
-        for (int j = 0; j < P; ++j) {
+        for (int j = 0; j < P; ++j) trial[j] = q[j];
+        for (int i = 0; i < FREE; ++i) {
+            const int j = free_place[i];
             // A coordinate without effect asks for endless steps: a quarter of its range is enough.
             const realv longest = (realv)(0.25 * (upper[j] - lower[j]));
-            trial[j] = clamp(q[j] + clamp(delta[j], -longest, longest), (realv)lower[j], (realv)upper[j]);
+            trial[j] = clamp(q[j] + clamp(delta[i], -longest, longest), (realv)lower[j], (realv)upper[j]);
         }
         const realv trial_E = normal_equations(trial, rows, starts, incident_groups, target, scale, trial_h, trial_H);
         iterations += (realv)1.0 - done;
@@ -154,10 +157,8 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
         mu = accept ? max(mu * min(shrink, (realv)2.0), (realv)LEAST_DAMPING) : (open ? mu * growth : mu);
         growth = accept ? (realv)2.0 : (open ? growth * (realv)2.0 : growth);
         E = accept ? trial_E : E;
-        for (int j = 0; j < P; ++j) {
-            q[j] = accept ? trial[j] : q[j];
-            h[j] = accept ? trial_h[j] : h[j];
-        }
+        for (int j = 0; j < P; ++j) q[j] = accept ? trial[j] : q[j];
+        for (int i = 0; i < FREE; ++i) h[i] = accept ? trial_h[i] : h[i];
         for (int k = 0; k < PAIRS; ++k) H[k] = accept ? trial_H[k] : H[k];
         done = finished ? (realv)1.0 : done;
         if (!ANY(done == (realv)0.0)) break;

@@ -12,7 +12,7 @@ kernel void tempering_start(DATA_ARGUMENTS, const real hottest, const real ratio
                             STATE_ARGUMENTS) {
     const size_t g = get_global_id(0), w = get_global_id(1), place = w * get_global_size(0) + g;
     start_chain(place, g * WIDTH, wavelength_keys[w], seed, rows, starts, incident_groups,
-                target + w * n_directions, scale + w * n_directions, lower, upper, q_all, best_all, step_all,
+                target + w * n_directions, scale + w * n_directions, lower_all + w * P, upper_all + w * P, q_all, best_all, step_all,
                 energy_all, best_energy_all, temperature_all, counts);
     for (uint k = 0; k < WIDTH; ++k)
         temperature_all[place * WIDTH + k] = hottest * pow(ratio, (real)((g * WIDTH + k) % rungs));
@@ -22,9 +22,9 @@ kernel void tempering_sweeps(DATA_ARGUMENTS, const uint round, const uint sweeps
     const size_t g = get_global_id(0), w = get_global_id(1), place = w * get_global_size(0) + g;
     chain c = load_chain(place, q_all, best_all, step_all, energy_all, best_energy_all);
     run_chain(&c, LOAD(place, temperature_all), g * WIDTH, round * sweeps, sweeps, wavelength_keys[w], seed, rows,
-              starts, incident_groups, target + w * n_directions, scale + w * n_directions, lower, upper);
+              starts, incident_groups, target + w * n_directions, scale + w * n_directions, lower_all + w * P, upper_all + w * P);
     for (int j = 0; j < P; ++j) {
-        STORE(next_step(&c, j, sweeps, upper[j] - lower[j]), place * P + j, step_all);
+        STORE(next_step(&c, j, sweeps, upper_all[w * P + j] - lower_all[w * P + j]), place * P + j, step_all);
         STORE(c.q[j], place * P + j, q_all);
         STORE(c.best[j], place * P + j, best_all);
     }

@@ -45,7 +45,7 @@ def test_sine_and_cosine_keep_relative_accuracy(angle):
 
 @given(theta_i=zenith, theta_r=zenith, phi=azimuth)
 def test_half_angle_against_equation_10(theta_i, theta_r, phi):
-    directions = Directions(theta_i, theta_r, phi)
+    directions = Directions.relative(theta_i, theta_r, phi)
     cosine = exact.cos_gamma(theta_i, theta_r, phi)
     v = 1 - cosine
     if v > 1e-40:
@@ -62,14 +62,14 @@ def test_attenuation_against_equation_11(theta_i, theta_r, phi):
     i, r = (exact_cos(radians(mpf(angle))) for angle in (theta_i, theta_r))
     reference = exact.attenuation(theta_i, theta_r, phi) * i * r
     if reference > 1e-28:  # below, the printed form has lost the digits of mpmath itself
-        value = attenuation_times_cosines(trigonometry(Directions(theta_i, theta_r, phi)))[0]
+        value = attenuation_times_cosines(trigonometry(Directions.relative(theta_i, theta_r, phi)))[0]
         assert relative(value, reference) <= TOLERANCE
 
 
 @given(theta_i=zenith, theta_r=zenith, phi=azimuth)
 def test_exchange_of_incident_and_view_direction_changes_nothing(theta_i, theta_r, phi):
-    there = trigonometry(Directions(theta_i, theta_r, phi))
-    back = trigonometry(Directions(theta_r, theta_i, phi))
+    there = trigonometry(Directions.relative(theta_i, theta_r, phi))
+    back = trigonometry(Directions.relative(theta_r, theta_i, phi))
     for function in (one_minus_cos_gamma, attenuation_times_cosines):
         assert function(there)[0] == function(back)[0]
 
@@ -77,7 +77,10 @@ def test_exchange_of_incident_and_view_direction_changes_nothing(theta_i, theta_
 @given(theta_i=zenith, theta_r=zenith, phi=st.floats(0.0, 180.0))
 def test_mirror_image_of_the_azimuth_changes_nothing(theta_i, theta_r, phi):
     # 360 - phi rounds: the tolerance is the angle's own rounding, seen through a slope of at most 1.
-    left, right = Directions(theta_i, theta_r, phi), Directions(theta_i, theta_r, 360.0 - phi)
+    left, right = (
+        Directions.relative(theta_i, theta_r, phi),
+        Directions.relative(theta_i, theta_r, 360.0 - phi),
+    )
     np.testing.assert_allclose(
         one_minus_cos_gamma(trigonometry(left)),
         one_minus_cos_gamma(trigonometry(right)),
@@ -88,12 +91,12 @@ def test_mirror_image_of_the_azimuth_changes_nothing(theta_i, theta_r, phi):
 
 @pytest.mark.parametrize("theta", [0.0, 1e-6, 30.0, 60.0, 85.0, 89.999999])
 def test_mirror_direction_is_exactly_at_gamma_zero(theta):
-    assert one_minus_cos_gamma(trigonometry(Directions(theta, theta, 180.0)))[0] == 0.0
+    assert one_minus_cos_gamma(trigonometry(Directions.relative(theta, theta, 180.0)))[0] == 0.0
 
 
 @pytest.mark.parametrize("theta", [0.0, 30.0, 89.9])
 def test_retro_direction_has_exactly_no_attenuation_factor(theta):
-    assert attenuation_times_cosines(trigonometry(Directions(theta, theta, 0.0)))[0] == 0.0
+    assert attenuation_times_cosines(trigonometry(Directions.relative(theta, theta, 0.0)))[0] == 0.0
 
 
 @given(phi=st.floats(-1e6, 1e6))
@@ -102,7 +105,7 @@ def test_azimuths_are_brought_to_one_turn(phi):
 
 
 def test_lengths_broadcast_and_records_do_not_change():
-    directions = Directions([30.0, 45.0], 10.0, 540.0)
+    directions = Directions.relative([30.0, 45.0], 10.0, 540.0)
     assert len(directions) == 2
     assert directions.phi.tolist() == [180.0, 180.0]
     with pytest.raises(ValueError, match="read-only"):
@@ -122,4 +125,4 @@ def test_lengths_broadcast_and_records_do_not_change():
 )
 def test_impossible_angles_are_refused(angles, message):
     with pytest.raises(InputError, match=message):
-        Directions(*angles)
+        Directions.relative(*angles)

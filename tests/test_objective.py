@@ -16,8 +16,11 @@ from tests.reference import naive
 def noisy(small_scan):
     rng = np.random.default_rng(2)
     values = small_scan.brdf * (1.0 + 0.06 * rng.standard_normal(small_scan.brdf.shape))
-    values[3, 1], values[7, 1], values[9, 2] = np.nan, -1.0, 0.0
-    return replace(small_scan, brdf=values)
+    # Values that no uncertainty allows: far below zero, and zero with an unknown one.
+    values[3, 1], values[7, 1], values[9, 2] = np.nan, -1000.0, 0.0
+    sigma = small_scan.sigma.copy()
+    sigma[9, 2] = np.nan
+    return replace(small_scan, brdf=values, sigma=sigma)
 
 
 def model_values(scan):
@@ -54,6 +57,25 @@ def test_relative_rms_is_equation_14(noisy):
         for i, angle in enumerate((30.0, 45.0, 60.0)):
             here = good & (noisy.theta_i == angle)
             assert by_angle[i, k] == pytest.approx(np.sqrt(np.mean(ratio[here] ** 2)), rel=1e-13)
+
+
+def test_values_at_or_below_zero_are_masked_where_a_weight_needs_a_positive_value(small_scan):
+    values, sigma = small_scan.brdf.copy(), np.full(small_scan.brdf.shape, 0.01)
+    values[4, 0], values[5, 0], values[6, 0] = -0.02, 0.0, -0.06
+    scan = replace(small_scan, brdf=values, sigma=sigma)
+    low = np.s_[4:7, 0]
+    assert scan.mask[low].tolist() == [False, False, True]  # −6σ is no noise
+    assert weight_matrix(scan, "none")[low].tolist() == [1.0, 1.0, 0.0]
+    assert weight_matrix(scan, "sigma")[low] == pytest.approx([1e4, 1e4, 0.0])
+    assert weight_matrix(scan, "relative")[low].tolist() == [0.0, 0.0, 0.0]
+    others = np.delete(np.arange(48), [4, 5, 6])
+    ratio = model_values(scan)[others, 0] / values[others, 0] - 1.0
+    assert relative_rms(model_values(scan), scan)[0] == pytest.approx(np.sqrt(np.mean(ratio**2)), rel=1e-12)
+
+
+def test_a_wavelength_of_zeros_has_no_objective(small_scan):
+    scan = replace(small_scan, brdf=np.zeros((48, 3)), sigma=np.ones((48, 3)))
+    assert np.isnan(objective(model_values(scan), scan, weight_matrix(scan))).all()
 
 
 @pytest.mark.parametrize("factor", [1e-150, 1e150])

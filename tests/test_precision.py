@@ -99,7 +99,7 @@ def test_sums_over_ten_million_points(device):
     n = 10_000_000
     model = get_model()
     diffuse = model.to_coordinates(np.array([0.0, 0.5, -1.0, 1.0, 0.0, 1.0]))
-    features = np.tile(model.features(clbrdf.Directions(30.0, 20.0, 180.0)), (n, 1))
+    features = np.tile(model.features(clbrdf.Directions.relative(30.0, 20.0, 180.0)), (n, 1))
     measured = 1.0 / np.pi / 1.02
     scale = np.full((1, n), 1.0 / (measured * np.sqrt(n)))
     problem = Problem(
@@ -108,8 +108,9 @@ def test_sums_over_ten_million_points(device):
         np.array([0, n], np.uint32),
         scale * measured,
         scale,
-        diffuse - 1e-9,
-        diffuse + 1e-9,
+        (diffuse - 1e-9)[None],
+        (diffuse + 1e-9)[None],
+        tuple(range(6)),
         np.zeros(1, np.uint32),
         device,
     )

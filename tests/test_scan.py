@@ -67,11 +67,14 @@ def test_file_round_trip_is_exact(scan, tmp_path):
 
 
 @given(scan=scans())
-def test_only_positive_finite_unflagged_values_are_unmasked(scan):
+def test_unmasked_values_are_finite_and_positive_or_allowed_by_their_uncertainty(scan):
     usable = ~scan.mask
-    assert (np.isfinite(scan.brdf[usable]) & (scan.brdf[usable] > 0.0)).all()
-    bad = ~(np.isfinite(scan.brdf) & (scan.brdf > 0.0))
-    assert scan.mask[bad].all()
+    good = np.isfinite(scan.brdf) & (scan.brdf > 0.0)
+    if scan.sigma is not None:
+        with np.errstate(invalid="ignore"):
+            good |= (np.abs(scan.brdf) <= 5.0 * scan.sigma) & (scan.sigma > 0.0)
+    assert good[usable].all()
+    assert scan.mask[~good].all()
 
 
 def test_unusable_values_are_kept_counted_and_named():
@@ -195,7 +198,7 @@ class TestFile:
 
     @pytest.mark.parametrize(
         ("version", "message"),
-        [(2, "format version 2, newer than the 1"), (0, "version 0"), ("1", "not a whole")],
+        [(3, "format version 3, newer than the 2"), (0, "version 0"), ("1", "not a whole")],
     )
     def test_wrong_version(self, path, version, message):
         with h5py.File(path, "a") as file:

@@ -23,7 +23,7 @@ def empty_cache(tmp_path, monkeypatch):
 
 def test_the_cheapest_measured_that_keeps_it(device):
     costs = {"fast:3": 3.0, "fast:4": 4.0, "fast:5": 5.0, "single": 20.0, "double": 10.0}
-    keep_answer(device, TOPIC, costs)
+    keep_answer(device, TOPIC, costs, get_model().kernel())
     choice = choose_precision(1e-3, device=device)
     assert (choice.precision.name, choice.nanoseconds) == ("fast:4", 4.0)
     assert (choice.better.name, choice.better_nanoseconds) == ("fast:5", 5.0)
@@ -47,7 +47,7 @@ def test_costs_are_measured_once_and_kept(device):
     costs = measure_costs(device, model, list(PRECISIONS.values()))
     assert set(costs) == set(PRECISIONS)
     assert all(value > 0.0 for value in costs.values())
-    assert known_costs(device) == costs
+    assert known_costs(device, get_model()) == costs
 
 
 @pytest.mark.parametrize("rtol", [1e-1, 1e-3, 1e-4, 1e-12])

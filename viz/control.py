@@ -185,7 +185,7 @@ def model_value(subject: Subject, column: int, theta_i: float, theta_r: float, p
 
     fit = subject.fit
     assert fit is not None
-    direction = Directions(np.array([theta_i]), np.array([min(theta_r, 89.99)]), np.array([phi]))
+    direction = Directions.relative(np.array([theta_i]), np.array([min(theta_r, 89.99)]), np.array([phi]))
     return float(np.ravel(fit.model.brdf(fit.vector[column][None, :], fit.model.features(direction)))[0])
 
 

@@ -115,7 +115,7 @@ def _cut(
     top.plot(zenith[used], scan.brdf[used, k], marker="o", label=f"{fit.wavelength[k]:g} nm", **style)
     top.plot(zenith[left_out], scan.brdf[left_out, k], marker="x", **style)
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)
-    line = Directions(np.full(1, angle), np.abs(fine), np.where(fine < 0.0, 0.0, 180.0))
+    line = Directions.relative(np.full(1, angle), np.abs(fine), np.where(fine < 0.0, 0.0, 180.0))
     model = fit.model.brdf(fit.vector[k][None, :], fit.model.features(line))
     top.plot(fine, model, color=colour, linewidth=1.0)
     deviation = 100.0 * (values[used, k] / scan.brdf[used, k] - 1.0)

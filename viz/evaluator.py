@@ -1,24 +1,42 @@
-"""Model values on a lobe mesh, with everything that can stay on the device staying there."""
+"""Model values on a lobe mesh; of models that form their features on the device, all stays there."""
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.device import Device, choose_device, open_queue
+from clbrdf.geometry import Directions
 from clbrdf.models import Model
 from clbrdf.precision import Precision, get_precision
 from clbrdf.program import Variant, build, upload
+from clbrdf.values import Launcher, features_in_parts
+from clbrdf.viz.directions import angles_of
 from clbrdf.viz.mesh import LobeMesh
 
 Array = npt.NDArray[np.float64]
 Single = npt.NDArray[np.float32]
 
 
-class MeshEvaluator:
-    """Evaluates one model on the points of one mesh for an incident zenith that moves.
+class MeshEvaluator(Protocol):
+    """Evaluates one model on the points of one mesh for an incident zenith that moves."""
 
-    A new wavelength costs one launch; a new incident zenith also makes and uploads the view vectors.
+    theta_i: float
+    views: Single
+
+    def move(self, theta_i: float) -> None:
+        """Set the incident zenith, degrees."""
+
+    def values(self, parameters: Array) -> Single:
+        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+
+
+def mesh_evaluator(
+    model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision | None = None
+) -> MeshEvaluator:
+    """Return the evaluator that suits a model.
 
     Parameters
     ----------
@@ -27,20 +45,63 @@ class MeshEvaluator:
     device : Device, optional
         The preferred one if not given.
     precision : Precision, optional
-        Double where the device has it, at little cost here, else "fast:5". Either way directions are in
-        single precision.
+        Double where the device has it, at little cost here, else "fast:5".
+    """
+    where = device or choose_device()
+    chosen = precision or get_precision("double" if where.has_double else "fast:5")
+    kind = DeviceMesh if "geometry_of_direction" in model.kernel() else HostMesh
+    return kind(model, mesh, where, chosen)
+
+
+class HostMesh:
+    """Evaluates any model: a new incident zenith forms its features on the host, in fp64."""
+
+    def __init__(self, model: Model, mesh: LobeMesh, device: Device, precision: Precision) -> None:
+        self.model, self.mesh, self.device, self.precision = model, mesh, device, precision
+        self.theta_i = float("nan")
+        self.views: Single = np.empty((4, *mesh.half_shape), dtype=np.float32)
+        self._features: Array = np.empty((0, 0))
+
+    def move(self, theta_i: float) -> None:
+        """Set the incident zenith, degrees.
+
+        Raises
+        ------
+        InputError
+            It lies beyond the mesh.
+        """
+        if theta_i == self.theta_i:
+            return
+        self.views = self.mesh.views(theta_i)
+        vectors = self.views[:3].reshape(3, -1).T.astype(np.float64)
+        zenith, azimuth = angles_of(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        directions = Directions.relative(np.full(len(zenith), theta_i), zenith, azimuth)
+        self._features = features_in_parts(self.model, directions, self.precision)
+        self.theta_i = theta_i
+
+    def values(self, parameters: Array) -> Single:
+        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+        launcher = Launcher(self.model, parameters[None], self.precision, self.device)
+        out = np.empty((len(self._features), 1))
+        launcher.finish(launcher.begin(self._features), out)
+        with np.errstate(over="ignore"):  # too large to draw becomes infinite, and the picture says so
+            return out.reshape(self.mesh.half_shape).astype(np.float32)
+
+
+class DeviceMesh:
+    """Evaluates a model that forms its features on the device.
+
+    A new wavelength costs one launch; a new incident zenith also makes and uploads the view vectors.
+    Directions are in single precision.
     """
 
-    def __init__(
-        self, model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision | None = None
-    ) -> None:
+    def __init__(self, model: Model, mesh: LobeMesh, device: Device, precision: Precision) -> None:
         import pyopencl as cl
 
         self.mesh = mesh
-        self.device = device or choose_device()
-        chosen = precision or get_precision("double" if self.device.has_double else "fast:5")
-        variant = Variant.on(self.device, "mesh", model, chosen)
-        self._dtype = chosen.dtype
+        self.device = device
+        variant = Variant.on(self.device, "mesh", model, precision, ("direction",))
+        self._dtype = precision.dtype
         self._kernel = cl.Kernel(build(self.device, variant), "mesh")
         count = int(np.prod(mesh.half_shape))
         self._groups = -(-count // variant.lanes.width)

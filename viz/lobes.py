@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from clbrdf.device import Device
 from clbrdf.viz.directions import unit_vectors
-from clbrdf.viz.evaluator import MeshEvaluator
+from clbrdf.viz.evaluator import mesh_evaluator
 from clbrdf.viz.mesh import LobeMesh, whole
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.subject import Subject
@@ -79,10 +79,10 @@ class FittedLobe:
 
         assert subject.fit is not None
         self.subject, self.other, self.mesh = subject, other, mesh
-        self._evaluator = MeshEvaluator(subject.fit.model, mesh, device)
+        self._evaluator = mesh_evaluator(subject.fit.model, mesh, device)
         self._second = None
         if other is not None and other.fit is not None:
-            self._second = MeshEvaluator(other.fit.model, mesh, device)
+            self._second = mesh_evaluator(other.fit.model, mesh, device)
         grid = (mesh.rings + 1, 2 * mesh.sectors)
         self._points = np.zeros((*grid, 3), dtype=np.float32)
         self._normals = np.zeros((*grid, 3), dtype=np.float32)

@@ -96,7 +96,10 @@ class Subject:
 
 
 def open_subject(path: str | Path) -> Subject:
-    """Read a scan or a fit file.
+    """Read a scan or a fit file; several scans in one are named as in ``file.h5::name``.
+
+    Of a scan, what one lobe can show is taken: its directions of reflection, and of a sample that was turned
+    the incident azimuth with most directions. The subject's name tells what was left out.
 
     Raises
     ------
@@ -106,11 +109,26 @@ def open_subject(path: str | Path) -> Subject:
     with hdf5.open_file(path) as file:
         content = hdf5.content_of(file)
     fit = Fit.open(path) if content == "fit" else None
-    scan = Scan.open(path) if fit is None else fit.scan
+    scan, said = (Scan.open(path), "") if fit is None else (fit.scan, "")
+    if fit is None:
+        scan, said = _one_lobe(scan)
     if scan.mask.all() and (fit is None or not np.isfinite(fit.vector).all(axis=1).any()):
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         raise InputError(f"{path}: nothing to show: all {scan.brdf.size} values are masked ({reasons})")
-    return Subject(scan.sample or Path(path).stem, scan, fit, Path(path).name)
+    return Subject((scan.sample or Path(path).stem) + said, scan, fit, Path(path).name)
+
+
+def _one_lobe(scan: Scan) -> tuple[Scan, str]:
+    """Return the part of a scan that one lobe shows, and what its name has to say of it."""
+    part, said = scan.reflection(), []
+    if len(part) < len(scan):
+        said.append(f"reflection only, {len(part)} of {len(scan)} directions")
+    if len(part.rotations()):
+        azimuths, counts = np.unique(part.phi_i, return_counts=True)
+        phi_i = azimuths[counts.argmax()]
+        part = part.rows(part.phi_i == phi_i)
+        said.append(f"φi = {phi_i:g}° of {len(azimuths)}")
+    return part, f" ({'; '.join(said)})" if said else ""
 
 
 def named_apart(subjects: Sequence[Subject]) -> list[Subject]:
@@ -144,7 +162,7 @@ def lobe_width(subject: Subject, theta_i: float) -> float:
         return float(WIDEST)
     rho = np.geomspace(1e-4, 60.0, 400)
     theta_r = theta_i - rho
-    directions = Directions(
+    directions = Directions.relative(
         np.array([theta_i]),
         np.append(np.abs(theta_r), theta_i),
         np.append(np.where(theta_r < 0, 0.0, 180.0), 180.0),

@@ -77,18 +77,20 @@ def value_panel(device: Device) -> Panel:
     """Measure (a): error of model values against 60 digits, over the time for one of many values."""
     model, points = get_model(), []
     easy_angles = np.arange(0.0, 81.0, 2.0)
-    easy = Directions(np.repeat([30.0, 45.0, 60.0], 41), np.tile(easy_angles, 3), np.full(1, 180.0))
+    easy = Directions.relative(np.repeat([30.0, 45.0, 60.0], 41), np.tile(easy_angles, 3), np.full(1, 180.0))
     families = {
         "easy": [(model.vector(TIN_FOIL)[None], easy)],
         "hard": [
-            (np.stack([model.vector(p) for p in case.parameter_sets()]), Directions(*case.angles()))
+            (np.stack([model.vector(p) for p in case.parameter_sets()]), Directions.relative(*case.angles()))
             for case in HARD_CASES
         ],
     }
     exact = {name: [evaluate_reference(model, *work) for work in works] for name, works in families.items()}
     rng = np.random.default_rng(3)
-    many = Directions(rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14))
-    sets = np.repeat(model.vector({})[None], 64, axis=0)
+    many = Directions.relative(
+        rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14)
+    )
+    sets = np.repeat(model.defaults[None], 64, axis=0)
     for p in able(device):
         seconds = median_seconds(partial(evaluate_directions, model, sets, many, p, device), 5)
         for name, works in families.items():
@@ -127,8 +129,8 @@ def exact_objective(problem: Problem, sets: Array) -> Array:
     from clbrdf.bench.workload import workload_directions
     from clbrdf.evaluate import REFERENCE_DIGITS
 
-    directions = workload_directions()
-    angles = list(zip(directions.theta_i, directions.theta_r, directions.phi, strict=True))
+    d = workload_directions()
+    angles = list(zip(d.theta_i, d.phi_i, d.theta_r, d.phi_r, strict=True))
     with mpmath.workdps(REFERENCE_DIGITS):
         rows = list(zip(problem.scale[0].tolist(), problem.target[0].tolist(), angles, strict=True))
         squares = [[(s * problem.model.reference(p, *a) - t) ** 2 for s, t, a in rows] for p in sets]
@@ -196,7 +198,7 @@ def integral_panel(device: Device) -> Panel:
     model, double, points = get_model(), get_precision("double"), []
 
     def integrate(grid: Grid, parameters: Array) -> float:
-        directions = Directions(np.full(1, 60.0), grid.theta_r, grid.phi)
+        directions = Directions.relative(np.full(1, 60.0), grid.theta_r, grid.phi)
         return float(grid.weight @ evaluate_directions(model, parameters, directions, double, device)[:, 0])
 
     def make_and_integrate(maker: Callable[[int], Grid], n: int, parameters: Array) -> float:

@@ -30,7 +30,7 @@ SETS = 8192
 def workload_directions() -> Directions:
     """Return the 774 directions of the workload."""
     theta_r = np.tile(np.arange(float(VIEW_COUNT)), len(INCIDENT))
-    return Directions(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
+    return Directions.relative(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
 
 
 def workload(device: Device, sets: int = SETS) -> tuple[Problem, Array]:
@@ -38,7 +38,7 @@ def workload(device: Device, sets: int = SETS) -> tuple[Problem, Array]:
     model, rng = get_model(), np.random.default_rng(2013)
     directions = workload_directions()
     theta_i, theta_r = directions.theta_i, directions.theta_r
-    centre = model.vector({})
+    centre = model.defaults
     truth = model.brdf(centre[None, :], model.features(directions))
     noisy = truth * (1.0 + 0.06 * rng.standard_normal(len(truth)))
     phi_r = np.full(1, 180.0)

@@ -10,11 +10,11 @@ from cyclopts import Parameter
 from clbrdf import hdf5
 from clbrdf.cli.checks import print_fit_checks
 from clbrdf.cli.console import print_table
-from clbrdf.cli.summary import print_fit, print_scan
+from clbrdf.cli.summary import print_fit, print_scan, print_scans
 from clbrdf.fit.result import Fit
 from clbrdf.rig.follow import Progress
 from clbrdf.rig.follow import follow as follow_measurement
-from clbrdf.scan import Scan
+from clbrdf.scan import Scan, open_scans
 
 
 def command(
@@ -26,10 +26,12 @@ def command(
 ) -> None:
     """Show what is in a scan or fit file; of a fit also its reflectance, and whether it is reciprocal.
 
+    Several scans in one file are listed; file.h5::name shows one of them.
+
     Parameters
     ----------
     file
-        a scan or fit
+        a scan or fit, or one scan of several as in file.h5::name
     all_rows
         every wavelength of a fit, however many
     follow
@@ -39,6 +41,9 @@ def command(
         follow_measurement(file, _show)
     with hdf5.open_file(file) as opened:
         content = hdf5.content_of(opened)
+    if content == "scan" and len(scans := open_scans(file)) > 1:
+        print_scans(str(file), scans)
+        return
     print_scan(str(file), Scan.open(file))
     if content == "fit":
         fit = Fit.open(file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,11 @@ from clbrdf.scan import Scan
 MOST_REMARKS = 8
 """Remarks on what the data leave open."""
 
+MOST_ANGLES = 24
+"""Incident zeniths listed one by one, or given columns of a table."""
+
+FEW_ANGLES = 6
+
 SHOWN_ROWS = 24
 """Wavelengths in a printed table, where there are more and not all are asked for."""
 
@@ -26,8 +31,13 @@ def print_scan(title: str, scan: Scan) -> None:
     """Print what is in a scan."""
     rows = [["sample", scan.sample or "–"], ["instrument", scan.instrument or "–"]]
     rows += _direction_rows(scan)
-    first, last, w = scan.wavelength[0], scan.wavelength[-1], len(scan.wavelength)
-    rows.append(["wavelengths", f"{first:g} nm" if w == 1 else f"{w} from {first:g} to {last:g} nm"])
+    rows.append(["bands" if scan.bands else "wavelengths", spectrum(scan)])
+    if scan.bandpass is not None:
+        rows.append(["bandpass", f"{_span(scan.bandpass)} nm"])
+    if scan.solid_angle is not None:
+        rows.append(["receiver", f"{_span(scan.solid_angle)} sr"])
+    if {scan.source_polarisation, scan.detector_polarisation} != {"unknown"}:
+        rows.append(["polarisation", f"{scan.source_polarisation} in, {scan.detector_polarisation} out"])
     good = ~scan.mask
     if good.any():
         values = scan.brdf[good]
@@ -35,8 +45,9 @@ def print_scan(title: str, scan: Scan) -> None:
     if scan.sigma is not None:
         known = np.isfinite(scan.sigma) & good & (scan.sigma > 0.0)
         text = f"for {np.count_nonzero(known)} values"
-        if known.any():
-            text += f", median {100 * np.median(scan.sigma[known] / scan.brdf[known]):.3g} %"
+        positive = known & (scan.brdf > 0.0)
+        if positive.any():
+            text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
         rows.append(["uncertainties", text])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
@@ -45,19 +56,64 @@ def print_scan(title: str, scan: Scan) -> None:
     print_table(title, ("scan", ""), rows, left=2)
 
 
+def print_scans(title: str, scans: Mapping[str, Scan]) -> None:
+    """Print the scans of one file, a line each."""
+    rows = [
+        [name, scan.sample or "–", _sides(scan), spectrum(scan), str(len(scan)), str(int(scan.mask.sum()))]
+        for name, scan in scans.items()
+    ]
+    columns = ("name", "sample", "side", "wavelengths or bands", "directions", "masked")
+    print_table(title, columns, rows, left=4)
+
+
+def spectrum(scan: Scan) -> str:
+    """Return the wavelengths or bands of a scan in words."""
+    if scan.bands:
+        return ", ".join(scan.bands)
+    first, last, w = scan.wavelength[0], scan.wavelength[-1], len(scan.wavelength)
+    return f"{first:g} nm" if w == 1 else f"{w} from {first:g} to {last:g} nm"
+
+
+def _sides(scan: Scan) -> str:
+    """Return "reflection", "transmission" or both."""
+    beyond = scan.transmitted
+    return "both" if beyond.any() and not beyond.all() else str(scan.side[0])
+
+
+def _span(values: npt.NDArray[np.float64]) -> str:
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return "–"
+    low, high = known.min(), known.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
 def _direction_rows(scan: Scan) -> list[list[str]]:
     """Rows on the directions of a scan."""
     n, repeats = len(scan.theta_i), scan.repeated_directions()
-    angles = sorted(Counter(scan.theta_i.tolist()).items())
-    azimuths = np.unique(scan.phi)
-    few = ", ".join(f"{phi:g}°" for phi in azimuths)
-    many = f"{len(azimuths)} from {azimuths[0]:g}° to {azimuths[-1]:g}°"
-    return [
+    beyond = int(np.count_nonzero(scan.transmitted))
+    angles, counts = np.unique(scan.theta_i, return_counts=True)
+    listed = ", ".join(
+        f"{angle:g}° × {count}" for angle, count in zip(angles[:MOST_ANGLES], counts, strict=False)
+    )
+    rows = [
         ["directions", f"{n}, {repeats} of them repeats" if repeats else str(n)],
-        ["incident zeniths", ", ".join(f"{angle:g}° × {count}" for angle, count in angles)],
+        ["incident zeniths", listed if len(angles) <= MOST_ANGLES else _values(angles)],
         ["view zeniths", f"{scan.theta_r.min():g}° to {scan.theta_r.max():g}°"],
-        ["azimuths φ", few if len(azimuths) <= 6 else many],
+        ["azimuths φ", _values(np.unique(scan.phi))],
     ]
+    if beyond:
+        rows.insert(1, ["of transmission", f"{beyond}, where the view zenith is above 90°"])
+    if (scan.phi_i != scan.phi_i[0]).any():
+        rows.append(["incident azimuths", _values(np.unique(scan.phi_i))])
+    return rows
+
+
+def _values(angles: npt.NDArray[np.float64]) -> str:
+    """Return angles one by one where they are few, else how many and their span."""
+    if len(angles) <= FEW_ANGLES:
+        return ", ".join(f"{angle:g}°" for angle in angles)
+    return f"{len(angles)} from {angles[0]:g}° to {angles[-1]:g}°"
 
 
 def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
@@ -72,6 +128,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         (f"σr {angle:g}°", [number(100.0 * row[k], 3) for k in shown])
         for angle, row in zip(fit.scan.incident_angles, fit.relative_rms_by_incident_angle, strict=True)
     ]
+    if len(deviations) > MOST_ANGLES:
+        deviations = []
     status = ("status", [str(fit.status[k]) for k in shown])
     console = stdout_console()
     whole = _table(title + note, [name, *parameters, *deviations, status])
@@ -80,7 +138,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         console.print(whole, crop=False)
     else:
         console.print(_table(title + note, [name, *parameters, status]), crop=False)
-        console.print(_table("σr (%) for each incident zenith", [name, *deviations]), crop=False)
+        if deviations:
+            console.print(_table("σr (%) for each incident zenith", [name, *deviations]), crop=False)
     counts = ", ".join(f"{count} {status}" for status, count in Counter(fit.status.tolist()).most_common())
     good = np.isfinite(fit.objective)
     worst = fit.objective[good].max(initial=0.0)
@@ -102,6 +161,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
         ["device", fit.device],
     ]
+    if "left_out" in fit.provenance:
+        lines.append(["left out", fit.provenance["left_out"]])
     if np.isfinite(fit.seconds):
         lines.append(
             ["time", f"{fit.seconds:.2f} s, {1e3 * fit.seconds / max(1, good.sum()):.3g} ms a wavelength"]
@@ -133,10 +194,16 @@ Column = tuple[str, list[str]]
 
 def _columns(fit: Fit, shown: npt.NDArray[np.intp]) -> list[Column]:
     """Wavelength, parameters and E as columns of text."""
-    values = [("λ (nm)", fit.wavelength, 6), *((n, v, 4) for n, v in fit.parameters.items())]
+    values = [*((n, v, 4) for n, v in fit.parameters.items()), ("E", fit.objective, 4)]
+    bands = fit.scan.bands
+    first = (
+        ("band", [bands[k] for k in shown])
+        if bands
+        else ("λ (nm)", [f"{fit.wavelength[k]:.6g}" for k in shown])
+    )
     return [
-        (name, [number(float(column[k]), digits) for k in shown])
-        for name, column, digits in (*values, ("E", fit.objective, 4))
+        first,
+        *((name, [number(float(column[k]), digits) for k in shown]) for name, column, digits in values),
     ]
 
 

@@ -15,26 +15,36 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
-from clbrdf.fit.problem import make_problem
+from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.result import STATUSES, Fit
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.solve import joined, solve
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, choose_settings
-from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
-__all__ = ["METHODS", "STATUSES", "DictionarySettings", "Fit", "Settings", "TemperingSettings", "fit"]
+__all__ = [
+    "METHODS",
+    "STATUSES",
+    "DictionarySettings",
+    "Fit",
+    "LookupSettings",
+    "Settings",
+    "TemperingSettings",
+    "fit",
+]
 
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
 
 METHODS = METHOD_NAMES
-"""`auto` is the fastest method that reaches the optimum: `dictionary` where the model has one."""
+"""`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
 
 def fit(
@@ -44,10 +54,11 @@ def fit(
     seed: int = 0,
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    model: str = DEFAULT_MODEL,
+    model: str | Model | Page = DEFAULT_MODEL,
+    fix: Mapping[str, npt.ArrayLike] | None = None,
     smooth: float | None = None,
     rtol: float | None = None,
-    settings: Settings | TemperingSettings | DictionarySettings | None = None,
+    settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     report: Report = silent,
 ) -> Fit:
@@ -59,7 +70,7 @@ def fit(
     Parameters
     ----------
     scan : Scan
-        N directions × W wavelengths.
+        N directions × W wavelengths. Directions of transmission are left out: models are of reflection.
     method : str
         One of METHODS.
     seed : int
@@ -68,7 +79,11 @@ def fit(
         g of (13): 1; 1/f²; 1/σ² of the scan; or one weight a direction.
     bounds : mapping of str to (float, float), optional
         Limits that replace those of the model's table.
-    model : str
+    model : str, Model or Page
+        A name, such as "ggx+minnaert" (`clbrdf.models.get_model`).
+    fix : mapping of str to float or (W,) array, optional
+        Parameters that are not fitted: one value, or one a wavelength. The wavelength itself, where a model
+        needs it, is that of the scan.
     smooth : float, optional
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
@@ -77,7 +92,7 @@ def fit(
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `tolerance` of the fit
         tells which. An estimate: other wavelengths are not looked at.
-    settings : Settings, TemperingSettings or DictionarySettings, optional
+    settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional
@@ -92,20 +107,23 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range;
+        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
+        parameter that the model does not have, or one that has to be fixed and is not;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
     """
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
+    scan, weights, left_out = _reflection(scan, weights)
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
     _check_number("rtol", rtol, BEST, 1.0)
     start = time.perf_counter()
     chosen = get_model(model)
-    way = get_method(method, chosen, settings)
+    given = given_parameters(scan, chosen, fix or {})
+    way = get_method(method, chosen, settings, frozenset(given))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
         raise InputError("settings and rtol both choose the search; give one of them")
@@ -118,18 +136,23 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     where = device or choose_device()
+
+    def problem_of(places: npt.NDArray[np.intp]) -> Problem:
+        known = {name: values[places] for name, values in given.items()}
+        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known)
+
     choice = None
     if rtol is not None:
         sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
-        problem = make_problem(scan.columns(sample), g[:, sample], chosen, limits, where)
+        problem = problem_of(sample)
         choice = choose_settings(problem, way, seed, rtol)
         rules = choice.rung.settings
     blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
     parts = []
     for k, block in enumerate(blocks):
-        problem = make_problem(scan.columns(block), g[:, block], chosen, limits, where)
-        parts.append(solve(problem, way, rules, seed, _part_of(report, k, len(blocks))))
+        parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
     provenance = {
+        **left_out,
         "weights": weights if isinstance(weights, str) else "user",
         **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
@@ -138,7 +161,7 @@ def fit(
     solution, covariance = joined(parts), None
     if smooth is not None:
         provenance["smooth"] = f"{smooth:g}"
-        problem = make_problem(scan.columns(fitted), g[:, fitted], chosen, limits, where)
+        problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
         solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     return assemble(
@@ -149,6 +172,7 @@ def fit(
         covariance=covariance,
         weights=g,
         bounds=limits,
+        given=given,
         method=way.name,
         device=str(where),
         seed=seed,
@@ -156,6 +180,59 @@ def fit(
         tolerance=() if choice is None else choice.lines(),
         start=start,
     )
+
+
+def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, dict[str, str]]:
+    """Return scan and weights without directions of transmission, and a word on how many there were."""
+    beyond = scan.transmitted
+    if not beyond.any():
+        return scan, weights, {}
+    per_direction = np.asarray(weights)
+    if not isinstance(weights, str) and per_direction.shape == beyond.shape:
+        weights = per_direction[~beyond]
+    said = f"{np.count_nonzero(beyond)} of {len(beyond)} directions, those of transmission"
+    return scan.reflection(), weights, {"left_out": said}
+
+
+def given_parameters(
+    scan: Scan, model: Model, fix: Mapping[str, npt.ArrayLike]
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the parameters (W,) that are not fitted, in the order of the table.
+
+    Raises
+    ------
+    InputError
+        A parameter that the model does not have, a value out of its domain or of another length, one that has
+        to be fixed and is not, or nothing left to fit.
+    """
+    model.check_names(fix)
+    w, out = len(scan.wavelength), {}
+    for row in model.parameters:
+        if row.given == "wavelength" and row.name not in fix:
+            out[row.name] = np.array(scan.wavelength)
+            continue
+        if row.name not in fix:
+            if row.given == "user":
+                raise InputError(
+                    f"model {model.name} needs {row.name} ({row.meaning}); fix it: fix={{{row.name!r}: ...}},"
+                    f" or --fix {row.name}=VALUE or {row.name}=FILE.csv on the command line"
+                )
+            continue
+        values = np.asarray(fix[row.name], dtype=np.float64)
+        if values.shape not in ((), (1,), (w,)):
+            raise InputError(
+                f"fixed {row.name} has shape {values.shape}; give one value, or one for each of"
+                f" {w} wavelengths"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(f"fixed {row.name} is not finite")
+        if row.scale == "log" and not (row.sign * values > 0.0).all() and row.log_floor == 0.0:
+            side = "above" if row.sign > 0.0 else "below"
+            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
+        out[row.name] = np.broadcast_to(values.ravel() if values.ndim else values, w).copy()
+    if len(out) == len(model.parameters):
+        raise InputError(f"nothing to fit: all parameters of model {model.name} are fixed")
+    return out
 
 
 def _check_number(name: str, value: float | None, low: float, high: float) -> None:
@@ -166,9 +243,10 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = scan.brdf[weights > 0.0]
+    used = np.abs(scan.brdf[weights > 0.0])
+    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min() < low or used.max() > high:
+    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
         worst = used.max() if used.max() > high else used.min()
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"

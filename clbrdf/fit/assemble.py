@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.identifiability import remarks
+from clbrdf.fit.parts import in_order
 from clbrdf.fit.result import Fit
 from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import uncertainty
@@ -35,6 +36,7 @@ def assemble(
     covariance: Array | None,
     weights: Array,
     bounds: Array,
+    given: Mapping[str, Array],
     method: str,
     device: str,
     seed: int,
@@ -44,25 +46,32 @@ def assemble(
 ) -> Fit:
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
-    `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is the reading of
-    `time.perf_counter` when the fit began.
+    `given` are the parameters (W,) that were not fitted. `covariance` (W, P, P), of the coordinates,
+    replaces the one of the data alone. `start` is the reading of `time.perf_counter` when the fit began.
     """
     w = len(scan.wavelength)
     limits = model.coordinate_bounds(bounds)
-    vector, at_bound = settle(model, solution.coordinates, limits, bounds)
+    known = np.array([name in given for name in model.names])
+    coordinates = in_order(model, solution.coordinates, bounds, known)
+    vector, at_bound = settle(model, coordinates, limits, bounds)
+    for name, spectrum in given.items():
+        vector[:, model.names.index(name)] = spectrum[fitted]
+    at_bound &= ~known
 
     features = model.features(scan.directions)
     fitted_values = model.brdf(vector[:, None, :], features)
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
     energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
-    for k in np.flatnonzero((vector == 0.0).any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))):
-        vector[k] = np.where(vector[k] == 0.0, model.from_coordinates(limits[:, 0]), vector[k])
+    floored = np.array([row.scale == "log" for row in model.parameters])
+    zero = (vector == 0.0) & floored & ~known
+    for k in np.flatnonzero(zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))):
+        vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
         fitted_values[k] = model.brdf(vector[k, None, :], features)
     result = uncertainty(
         model,
         features,
         vector,
-        at_bound,
+        at_bound | known,
         fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
         weights[:, fitted].T,
         None if scan.sigma is None else scan.sigma[:, fitted].T,
@@ -77,7 +86,7 @@ def assemble(
     if covariance is not None:
         slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
         deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
-        deviation[at_bound] = np.nan
+        deviation[at_bound | known] = np.nan
     parameters, sigma = placed(vector, np.nan), placed(deviation, np.nan)
     correlation = placed(result.correlation, np.nan)
     status = np.full(w, "no data", dtype="<U13")
@@ -106,6 +115,7 @@ def assemble(
             placed(at_bound, False),
             correlation,
             weights > 0.0,
+            int(np.count_nonzero(~known)),
         ),
         evaluations=placed(solution.evaluations, 0),
         starts=placed(solution.starts, 0),
@@ -114,6 +124,7 @@ def assemble(
         not_finite=placed(solution.not_finite, 0),
         weights=weights,
         bounds=bounds,
+        given=tuple(given),
         method=method,
         device=device,
         seed=seed,

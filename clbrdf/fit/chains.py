@@ -33,7 +33,7 @@ class ChainSettings:
 
     sweeps: int
     starts: int = 8
-    precision: str = "single"
+    precision: str = "fast:6"
     polish: str = "double"
 
     @property
@@ -59,6 +59,16 @@ class ChainSettings:
         return
 
 
+def free_linear(problem: Problem) -> tuple[int, ...]:
+    """Places of the linear parameters that are not given."""
+    return tuple(j for j in problem.model.linear if j in problem.free)
+
+
+def search_library(separable: bool) -> tuple[str, ...]:
+    """Files of kernels/lib that say which coordinates a search moves in."""
+    return ("box", "search_separable") if separable else ("search_all",)
+
+
 class Chains:
     """Chains of one problem; kernels/lib/chain.cl tells their rules and the layout of their state.
 
@@ -72,7 +82,7 @@ class Chains:
     precision : str
     seed : int
     separable : bool
-        Solve the two linear parameters at each step instead of searching them.
+        Solve the linear parameters at each step instead of searching them.
 
     Raises
     ------
@@ -86,15 +96,14 @@ class Chains:
         import pyopencl as cl
 
         device, chosen = problem.device, get_precision(precision)
-        search = "search_separable" if separable else "search_all"
-        library = ("philox", "random", "coordinates", "objective", search, "chain")
-        variant = Variant.on(device, job, problem.model, chosen, library)
+        library = ("philox", "random", "coordinates", "objective", *search_library(separable), "chain")
+        variant = Variant.on(device, job, problem.model, chosen, library, free=problem.free)
         self.dtype, self.width = chosen.dtype, variant.lanes.width
         self.queue, self._program = open_queue(device), build(device, variant)
         self._local = work_group(device, 2)
         self.w, n = problem.size
-        self.p, self.groups = len(problem.lower), -(-count // self.width)
-        self.searched = self.p - (2 if separable else 0)
+        self.p, self.groups = problem.lower.shape[1], -(-count // self.width)
+        self.searched = len(problem.free) - (len(free_linear(problem)) if separable else 0)
 
         def scratch(values: int, kind: type[np.generic]) -> Any:
             size = max(1, values) * np.dtype(kind).itemsize

@@ -107,7 +107,7 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     structure = problem.model.structure
     assert structure is not None  # get_method has seen to it
     w = problem.size[0]
-    limits = problem.model.value_bounds(problem.lower, problem.upper)
+    limits = problem.model.value_bounds(problem.lower[0], problem.upper[0])
     places = problem.model.places
     shapes, grid_places = structure.shape_grid(problem.features, limits[places(structure.shape)])
     near = np.abs(grid_places[:, None] - grid_places[None]).max(axis=-1) <= 1
@@ -211,7 +211,8 @@ def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt
 
 def _starts(problem: Problem, energy: Array, q: Array, count: int) -> Array:
     """Coordinates (w, count, P) of the lowest of candidates (P, w, C) that lie apart from each other."""
-    low, span = problem.lower[:, None, None], (problem.upper - problem.lower)[:, None, None]
+    lower, upper = problem.lower[0], problem.upper[0]
+    low, span = lower[:, None, None], (upper - lower)[:, None, None]
     span = np.where(span > 0.0, span, 1.0)
     unit = np.round(np.clip((q - low) / span, 0.0, 1.0) / ROUNDING) * ROUNDING
     rows, open_energy, out = np.arange(len(energy)), np.where(np.isfinite(energy), energy, np.inf), []
@@ -222,5 +223,5 @@ def _starts(problem: Problem, energy: Array, q: Array, count: int) -> Array:
         for coordinate, chosen in zip(unit, lowest, strict=True):
             near &= np.abs(coordinate - chosen[:, None]) < APART
         open_energy[near] = np.inf
-    starts: Array = problem.lower + (problem.upper - problem.lower) * np.stack(out, axis=1)
+    starts: Array = lower + (upper - lower) * np.stack(out, axis=1)
     return starts

@@ -29,6 +29,7 @@ def remarks(
     at_bound: npt.NDArray[np.bool_],
     correlation: Array,
     used: npt.NDArray[np.bool_],
+    fitted_count: int,
 ) -> tuple[str, ...]:
     """Return for each of W wavelengths what the data leave open there; "" where nothing.
 
@@ -43,18 +44,25 @@ def remarks(
     correlation : (W, P, P) float64
     used : (N, W) bool
         Values that were fitted.
+    fitted_count : int
+        Parameters that were fitted.
     """
     features = model.features(scan.directions)
-    return tuple(
-        SEPARATOR.join(
-            [
-                *_open(model, features[used[:, k]], scan.theta_i[used[:, k]], parameters[k], undetermined[k]),
-                *_held(model, parameters[k], at_bound[k]),
-                *_tied(model, correlation[k]),
-            ]
-        )
-        for k in range(len(parameters))
-    )
+
+    def words(k: int) -> list[str]:
+        x, theta_i = features[used[:, k]], scan.theta_i[used[:, k]]
+        if _no_lobe(model, x, parameters[k]):
+            lobe = _lobe_names(model)
+            kept = np.array([name not in lobe for name in model.names])
+            open_words = [f"{_listed(lobe)} open: no specular part in the data"]
+            return [*open_words, *_held(model, parameters[k], at_bound[k] & kept)]
+        return [
+            *_open(model, theta_i, undetermined[k], fitted_count),
+            *_held(model, parameters[k], at_bound[k]),
+            *_tied(model, correlation[k]),
+        ]
+
+    return tuple(SEPARATOR.join(words(k)) for k in range(len(parameters)))
 
 
 def by_remark(remarks: Sequence[str], wavelength: Array) -> list[tuple[str, Array]]:
@@ -68,28 +76,33 @@ def by_remark(remarks: Sequence[str], wavelength: Array) -> list[tuple[str, Arra
     return [(text, np.array(values)) for text, values in ordered]
 
 
-def _open(
-    model: Model,
-    features: Array,
-    theta_i: Array,
-    parameters: Array,
-    undetermined: npt.NDArray[np.bool_],
-) -> list[str]:
+def _lobe_names(model: Model) -> list[str]:
+    assert model.structure is not None
+    return [*model.structure.growth, *model.structure.shape, model.structure.linear[0]]
+
+
+def _no_lobe(model: Model, features: Array, parameters: Array) -> bool:
+    """Whether a model that tells its lobe from the rest has none in some directions."""
+    structure = model.structure
+    if structure is None or len(features) < len(model.names) or not np.isfinite(parameters).all():
+        return False
+    rest = parameters[model.places(structure.linear)[1]] * structure.diffuse
+    fitted = model.brdf(parameters[None, :], features)
+    return bool((fitted - rest).max() <= NO_LOBE * fitted.max())
+
+
+def _open(model: Model, theta_i: Array, undetermined: npt.NDArray[np.bool_], fitted_count: int) -> list[str]:
     """Which parameters the data cannot tell, and the reason where the model's structure gives one."""
     names = [name for name, unknown in zip(model.names, undetermined, strict=True) if unknown]
     if not names:
         return []
     values = len(theta_i)
-    if values < len(model.names):
+    if values < fitted_count:
         plural = "s" if values > 1 else ""
-        return [f"{_listed(names)} open: {values} value{plural} for {len(model.names)} parameters"]
+        return [f"{_listed(names)} open: {values} value{plural} for {fitted_count} parameters"]
     structure = model.structure
     if structure is not None:
         amplitude = {*structure.growth, structure.linear[0]}
-        rest = parameters[model.places(structure.linear)[1]] * structure.diffuse
-        fitted = model.brdf(parameters[None, :], features)
-        if (fitted - rest).max() <= NO_LOBE * fitted.max():
-            return [f"{_listed(names)} open: no specular part in the data"]
         seen = len(np.unique(theta_i))
         if set(names) <= amplitude and seen < len(amplitude):
             angles = f"{seen} incident angle{'s' if seen > 1 else ''}"

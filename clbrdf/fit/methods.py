@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from clbrdf.errors import InputError
-from clbrdf.fit import anneal, dictionary, tempering
+from clbrdf.fit import anneal, dictionary, lookup, tempering
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.models import Model
@@ -28,8 +29,9 @@ class Method:
         starts of the polish; `deeper()`, settings of a second look or None; and
         `cost(directions, parameters)`, the bytes and the model evaluations of one launch that one
         wavelength takes on the device.
-    needs_structure : bool
-        Works for models with a `Structure` only.
+    needs : "", "linear" or "structure"
+        Works only for models with linear parameters, or with a `Structure`, all of whose parameters are
+        free.
     search : callable
         Problem, settings, seed, report -> Candidates.
     cheaper : tuple of (str, settings)
@@ -38,7 +40,7 @@ class Method:
 
     name: str
     settings: type[Any]
-    needs_structure: bool
+    needs: Literal["", "linear", "structure"]
     search: Callable[[Problem, Any, int, Report], Candidates]
     cheaper: tuple[tuple[str, Any], ...]
 
@@ -50,6 +52,13 @@ SHORT_DICTIONARY = (
     ("dictionary, 8 starts, one look", DictionarySettings(deepen=False)),
 )
 
+SHORT_LOOKUP = (
+    ("look-up alone", LookupSettings(starts=1, deepen=False, polish="none")),
+    ("look-up, 12 starts in single precision", LookupSettings(deepen=False, polish="single")),
+    ("look-up, 4 starts", LookupSettings(starts=4, deepen=False)),
+    ("look-up, 12 starts, one look", LookupSettings(deepen=False)),
+)
+
 # Shorter chains miss an optimum too rarely for a sample to tell, and then by far.
 SHORT_ANNEALING = (("32 chains × 300 sweeps", Settings(chains=32, levels=15)),)
 
@@ -58,29 +67,34 @@ SHORT_TEMPERING = (("2 ladders × 40 rounds", TemperingSettings(ladders=2, round
 METHODS = {
     method.name: method
     for method in (
-        Method("dictionary", DictionarySettings, True, dictionary.search, SHORT_DICTIONARY),
-        Method("anneal-separable", Settings, True, anneal.search_separable, SHORT_ANNEALING),
-        Method("tempering", TemperingSettings, False, tempering.search, SHORT_TEMPERING),
-        Method("anneal", Settings, False, anneal.search, SHORT_ANNEALING),
+        Method("dictionary", DictionarySettings, "structure", dictionary.search, SHORT_DICTIONARY),
+        Method("lookup", LookupSettings, "", lookup.search, SHORT_LOOKUP),
+        Method("anneal-separable", Settings, "linear", anneal.search_separable, SHORT_ANNEALING),
+        Method("tempering", TemperingSettings, "", tempering.search, SHORT_TEMPERING),
+        Method("anneal", Settings, "", anneal.search, SHORT_ANNEALING),
     )
 }
 
 METHOD_NAMES = ("auto", *METHODS)
 
 
-def get_method(name: str, model: Model, settings: Any = None) -> Method:
+def get_method(name: str, model: Model, settings: Any = None, given: Collection[str] = frozenset()) -> Method:
     """Return a method by its name.
 
-    "auto" is the fastest that reaches the optimum of the model, or the one that takes the settings.
+    "auto" is the fastest that reaches the optimum of the model, or the one that takes the settings; `given`
+    are the parameters that are not fitted.
 
     Raises
     ------
     InputError
-        No method has this name, it does not take these settings, or it needs a structure that the model
-        does not have.
+        No method has this name, it does not take these settings, or it needs of the model what that does not
+        have.
     """
+    able = {"", *("linear" for j in model.linear if model.names[j] not in given)}
+    if model.structure is not None and not given:
+        able.add("structure")
     if name == "auto" and settings is None:
-        return METHODS["anneal" if model.structure is None else "dictionary"]
+        return METHODS["dictionary" if "structure" in able else "lookup"]
     if name == "auto":
         takers = [method for method in METHODS.values() if isinstance(settings, method.settings)]
         if not takers:
@@ -91,6 +105,7 @@ def get_method(name: str, model: Model, settings: Any = None) -> Method:
     method = METHODS[name]
     if settings is not None and not isinstance(settings, method.settings):
         raise InputError(f"method {name} takes {method.settings.__name__}, not {type(settings).__name__}")
-    if method.needs_structure and model.structure is None:
-        raise InputError(f"method {name} cannot split model {model.name}; use method 'anneal'")
+    if method.needs not in able:
+        lack = "linear parameters that are free" if method.needs == "linear" else "a dictionary of lobes"
+        raise InputError(f"method {name} needs {lack}, and model {model.name} has none; use method 'lookup'")
     return method

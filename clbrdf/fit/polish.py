@@ -73,7 +73,7 @@ def polish(problem: Problem, starts: Array, depth: str = "double") -> Polished:
     """
     if depth == "none":
         return _judged(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
-    rough = descend(problem, starts, get_precision("single"), ROUGH_ITERATIONS, ROUGH_TOLERANCE)
+    rough = descend(problem, starts, get_precision("fast:6"), ROUGH_ITERATIONS, ROUGH_TOLERANCE)
     usable = np.isfinite(rough.objective)
     energy = np.where(usable, rough.objective, np.inf)
     q = np.where(usable[..., None], rough.coordinates, starts)
@@ -116,7 +116,7 @@ def descend(
     import pyopencl as cl
 
     device, dtype = problem.device, precision.dtype
-    variant = Variant.on(device, "polish", problem.model, precision, ("coordinates",))
+    variant = Variant.on(device, "polish", problem.model, precision, ("coordinates",), free=problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
     (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
     groups, width = -(-k // variant.lanes.width), variant.lanes.width
@@ -146,7 +146,7 @@ def descend(
     ends_q = host_q.transpose(0, 1, 3, 2).reshape(w, groups * width, p)[:, :k].astype(np.float64)
     return Polished(
         # The limits themselves may not be numbers of single precision.
-        coordinates=np.clip(ends_q, problem.lower, problem.upper),
+        coordinates=np.clip(ends_q, problem.lower[:, None], problem.upper[:, None]),
         objective=objective.astype(np.float64),
         evaluations=iterations.astype(np.int64),
         converged=stopped > 0.0,

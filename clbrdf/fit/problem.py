@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,8 +31,10 @@ class Problem:
         s m, the scaled BRDF; 0 where masked.
     scale : (W, N) float64
         s = √(g / Σ g m²), sr; 0 where masked.
-    lower, upper : (P,) float64
-        Limits in the model's coordinates q.
+    lower, upper : (W, P) float64
+        Limits in the model's coordinates q; equal for a parameter that is given.
+    free : tuple of int
+        Places of the parameters that are not given.
     keys : (W,) uint32
         Name each wavelength for the random numbers: its picometres, so that a wavelength draws the same
         numbers whatever else is in the scan.
@@ -46,6 +49,7 @@ class Problem:
     scale: Array
     lower: Array
     upper: Array
+    free: tuple[int, ...]
     keys: npt.NDArray[np.uint32]
     device: Device
 
@@ -57,7 +61,8 @@ class Problem:
 
     def take(self, rows: npt.NDArray[np.intp]) -> Problem:
         """Return the problem at some of its wavelengths."""
-        return replace(self, target=self.target[rows], scale=self.scale[rows], keys=self.keys[rows])
+        taken = {name: getattr(self, name)[rows] for name in ("target", "scale", "lower", "upper", "keys")}
+        return replace(self, **taken)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +90,36 @@ class Candidates:
     doubtful: npt.NDArray[np.bool_]
 
 
-def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device: Device) -> Problem:
-    """Return the problem that a scan poses, for weights (N, W) and bounds of the parameters (P, 2)."""
-    limits = model.coordinate_bounds(bounds)
+def make_problem(
+    scan: Scan,
+    weights: Array,
+    model: Model,
+    bounds: Array,
+    device: Device,
+    given: Mapping[str, Array] | None = None,
+) -> Problem:
+    """Return the problem that a scan poses.
+
+    Parameters
+    ----------
+    scan : Scan
+        N directions × W wavelengths.
+    weights : (N, W) float64
+    model : Model
+    bounds : (P, 2) float64
+        Of the parameters.
+    device : Device
+    given : mapping of str to (W,) array
+        Parameters that are not fitted.
+    """
+    known = dict(given or {})
+    limits = np.repeat(model.coordinate_bounds(bounds)[None], len(scan.wavelength), axis=0)
+    for j, row in enumerate(model.parameters):
+        if row.name in known:
+            limits[:, j] = row.to_coordinate(known[row.name])[:, None]
     features = model.features(scan.directions)
     _, group = np.unique(features[:, : model.incident_features], axis=0, return_inverse=True)
+    group = group.ravel()
     order = np.argsort(group, kind="stable")
     scale = residual_scale(scan, weights)[order]
     measured = np.where(scale > 0.0, scan.brdf[order], 0.0)
@@ -99,8 +129,9 @@ def make_problem(scan: Scan, weights: Array, model: Model, bounds: Array, device
         starts=np.append(0, np.cumsum(np.bincount(group))).astype(np.uint32),
         target=np.ascontiguousarray((scale * measured).T),
         scale=np.ascontiguousarray(scale.T),
-        lower=limits[:, 0],
-        upper=limits[:, 1],
-        keys=np.round(scan.wavelength * 1000.0).astype(np.uint64).astype(np.uint32),
+        lower=np.ascontiguousarray(limits[..., 0]),
+        upper=np.ascontiguousarray(limits[..., 1]),
+        free=tuple(j for j, row in enumerate(model.parameters) if row.name not in known),
+        keys=scan.column_keys,
         device=device,
     )

@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.box import box_minimum
+
 Array = npt.NDArray[np.float64]
 
 
@@ -98,8 +100,7 @@ def best_amplitudes(sums: Sums) -> tuple[Array, Array]:
 def best_linear(sums: Sums, growth: Array, most: Array, most_rest: float) -> tuple[Array, Array, Array]:
     """E, weight of the lobe and diffuse term, each (W, M, V), the best within [0, most] and [0, most_rest].
 
-    `growth` (I, W, M, V) multiplies the weight into amplitudes. The quadratic form has its minimum inside
-    the box or on one of its edges; all five are formed.
+    `growth` (I, W, M, V) multiplies the weight into amplitudes.
     """
     x = np.einsum("iwmv,iwm->wmv", growth**2, sums.lobe_lobe)
     z = np.einsum("iwmv,iwm->wmv", growth, sums.lobe_one)
@@ -107,24 +108,14 @@ def best_linear(sums: Sums, growth: Array, most: Array, most_rest: float) -> tup
     s, t, e = (
         a[:, None, None] for a in (sums.one_one.sum(axis=0), sums.one_data.sum(axis=0), sums.data_data)
     )
-
-    def over(top: Array, bottom: Array) -> Array:
-        return np.where(bottom > 1e-300, top / np.where(bottom > 1e-300, bottom, 1.0), 0.0)
-
-    determinant = x * s - z * z
-    solvable = determinant > 1e-12 * x * s
-    inside = np.where(solvable, determinant, np.inf)
-    weight, rest = (r * s - z * t) / inside, (x * t - z * r) / inside
-    allowed = solvable & (weight >= 0.0) & (weight <= most) & (rest >= 0.0) & (rest <= most_rest)
-    edges = [
-        *((edge, np.clip(over(t - z * edge, s), 0.0, most_rest)) for edge in (np.zeros_like(most), most)),
-        *((np.clip(over(r - z * edge, x), 0.0, most), np.full_like(x, edge)) for edge in (0.0, most_rest)),
-    ]
-    best = np.where(allowed, e + weight * (weight * x - 2.0 * r) + rest * (rest * s - 2.0 * t), np.inf)
-    best = best + np.where(allowed, 2.0 * weight * rest * z, 0.0)
-    for w, k in edges:
-        with np.errstate(over="ignore", invalid="ignore"):
-            energy = e + w * (w * x + 2.0 * (k * z - r)) + k * (k * s - 2.0 * t)
-        lower = energy < best
-        best, weight, rest = (np.where(lower, *pair) for pair in ((energy, best), (w, weight), (k, rest)))
-    return best, weight, rest
+    # In units in which lobe and diffuse term have length 1; what is not felt stays at 0.
+    felt = x > 1e-300
+    length, rest_length = np.sqrt(np.where(felt, x, 1.0)), np.sqrt(s)
+    across = np.where(felt, z / (length * rest_length), 0.0)
+    one = np.ones_like(across)
+    R = np.array([[one, across], [across, one]])
+    b = np.stack(np.broadcast_arrays(np.where(felt, -r / length, 0.0), -t / rest_length))
+    with np.errstate(over="ignore"):
+        high = np.stack(np.broadcast_arrays(most * length, most_rest * rest_length))
+    (weight, rest), energy = box_minimum(R, b, np.zeros_like(high), high)
+    return e + energy, weight / length, rest / rest_length

@@ -80,6 +80,8 @@ class Fit:
     method, device : str
         What searched, and where it ran.
     seed : int
+    given : tuple of str
+        Parameters that were not fitted: fixed, or the wavelength itself. They have no uncertainty (NaN).
     provenance : mapping of str to str
         Program version, settings, hash of the input.
     tolerance : tuple of str
@@ -110,6 +112,7 @@ class Fit:
     method: str
     device: str
     seed: int
+    given: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
     tolerance: tuple[str, ...] = ()
     seconds: float = float("nan")
@@ -167,7 +170,7 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                return _read(file["entry"])
+                return _read(hdf5.find_entry(file, path))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
 
@@ -195,6 +198,7 @@ def _write(fit: Fit, group: h5py.Group) -> None:
     for name in ("method", "device"):
         group[name] = getattr(fit, name)
     group["model"] = fit.model.name
+    group["given"] = list(fit.given)
     group["seed"] = fit.seed
     data = hdf5.group(group, "parameters", "NXdata")
     data.attrs["signal"] = fit.model.names[0]
@@ -226,6 +230,7 @@ def _read(entry: h5py.Group) -> Fit:
         model=model,
         parameters={name: data[name][()] for name in model.names},
         sigma={name: data[f"{name}_errors"][()] for name in model.names},
+        given=tuple(text.decode() for text in group["given"][()]) if "given" in group else (),
         remarks=tuple(text.decode() for text in group["remarks"][()]),
         status=np.array([names[code] for code in group["status"][()]]),
         method=hdf5.read_text(group, "method"),

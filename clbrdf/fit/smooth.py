@@ -83,9 +83,11 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
 
     w, p = solution.coordinates.shape
     values = np.count_nonzero(problem.scale, axis=1)
-    noise = np.maximum(solution.objective, 1e-30) / np.maximum(values - p, 1)
-    span = problem.upper - problem.lower
-    stiffness = SPACING / (change**2 * span**2 * np.diff(wavelength)[:, None])  # (W − 1, P)
+    noise = np.maximum(solution.objective, 1e-30) / np.maximum(values - len(problem.free), 1)
+    given = np.array([j not in problem.free for j in range(p)])
+    span = (problem.upper - problem.lower)[0]
+    stiffness = SPACING / (change**2 * np.where(given, 1.0, span) ** 2 * np.diff(wavelength)[:, None])
+    stiffness = np.where(given, 0.0, stiffness)  # (W − 1, P)
 
     def phi(q: Array, energy: Array) -> float:
         return float((energy / noise).sum() + (stiffness * np.diff(q, axis=0) ** 2).sum())
@@ -95,7 +97,7 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
     now, converged = phi(q, energy), False
     for _ in range(MOST_ITERATIONS):
         gradient = h / noise[:, None] + _pull(stiffness, q)
-        held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0))
+        held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0)) | given
         band = _banded(H / noise[:, None, None], stiffness, held)
         # A coordinate that nothing feels, neither data nor neighbours, stays where it is.
         unfelt = band[0] <= 1e-14 * band[0].max()

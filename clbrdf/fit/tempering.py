@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.fit.chains import Chains, ChainSettings
+from clbrdf.fit.chains import Chains, ChainSettings, free_linear
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.progress import Report
 
@@ -57,7 +57,7 @@ def search(problem: Problem, settings: TemperingSettings, seed: int, report: Rep
     DeviceError
         The device cannot build or run the kernels.
     """
-    separable = problem.model.structure is not None
+    separable = bool(free_linear(problem))
     chains = Chains(problem, "tempering", settings.all_chains, settings.precision, seed, separable)
     rungs, groups = np.uint32(settings.rungs), np.uint32(chains.groups)
     ratio = (settings.coldest / settings.hottest) ** (1.0 / max(1, settings.rungs - 1))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.methods import METHODS, Method
+from clbrdf.fit.methods import Method, get_method
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.solve import EXACT, solve
 from clbrdf.progress import silent
@@ -93,9 +93,10 @@ def measure(problem: Problem, method: Method, seed: int) -> list[Rung]:
     """Measure a method's searches on a problem, the cheapest first, the usual one last."""
     searches = [*method.cheaper, ("usual search", method.settings())]
     energies, times = [], []
-    if problem.model.structure is not None:  # chains are judged by the dictionary, too
-        dictionary = METHODS["dictionary"]
-        energies.append(solve(problem, dictionary, dictionary.settings(), seed, silent).objective)
+    given = {name for j, name in enumerate(problem.model.names) if j not in problem.free}
+    best = get_method("auto", problem.model, None, given)  # chains are judged by the best method, too
+    if best is not method:
+        energies.append(solve(problem, best, best.settings(), seed, silent).objective)
     for _, settings in searches:
         for _ in range(2):  # the first one may compile
             start = time.perf_counter()

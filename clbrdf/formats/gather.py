@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.scan import FLAGS, MOST_FLAGS, Scan
+from clbrdf.flags import FLAGS, MOST_FLAGS
+from clbrdf.scan import Scan
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,17 @@
-"""What a reflectance model is to the rest of the package: one table, one page of physics.
-
-A model is a file pair. `clbrdf/models/<name>.py` defines ``MODEL``: the parameter table, the geometry
-features in fp64, and the reference evaluation in NumPy. `kernels/models/<name>.cl` holds the same
-function for OpenCL. Everything else is written against :class:`Model` and finds the pair by its name.
-"""
+"""What a reflectance model is to the rest of the package, whether one page, a sum of them, or part of one."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.models.page import Example, Flags, Kind, Term
+from clbrdf.models.parameter import Parameter
 from clbrdf.models.structure import Structure
 
 Array = npt.NDArray[np.float64]
@@ -23,86 +20,16 @@ LOG2_OF_ZERO = -1.0e6
 """Stands for log2(0) in features: finite, so that no 0·∞ can arise, and far below any exponent."""
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """One row of a model's parameter table.
-
-    Attributes
-    ----------
-    name, unit, meaning : str
-        As in the paper; the unit is "1" for a pure number.
-    default : float
-        Used where the user gives none.
-    bounds : (float, float)
-        Default limits of a fit.
-    scale : "linear" or "log"
-        The coordinate q in which a fit moves: the value p itself, or log2 |p| for parameters that span
-        decades.
-    log_floor : float
-        For scale "log": the smallest |p| a fit looks at when a bound is 0, in the parameter's unit.
-    """
-
-    name: str
-    unit: str
-    default: float
-    bounds: tuple[float, float]
-    meaning: str
-    scale: Literal["linear", "log"] = "linear"
-    log_floor: float = 0.0
-
-    @property
-    def sign(self) -> float:
-        """Sign of all values within the default bounds: −1 or +1."""
-        return -1.0 if self.bounds[1] <= 0.0 else 1.0
-
-    def to_coordinate(self, value: npt.ArrayLike) -> Array:
-        """Coordinate q of a value; on a log scale values nearer to 0 than `log_floor` map to the floor."""
-        values = np.asarray(value, dtype=np.float64)
-        if self.scale == "linear":
-            return values
-        return np.log2(np.maximum(self.sign * values, self.log_floor))
-
-    def from_coordinate(self, coordinate: npt.ArrayLike) -> Array:
-        """Value of a coordinate q."""
-        coordinates = np.asarray(coordinate, dtype=np.float64)
-        return coordinates if self.scale == "linear" else self.sign * np.exp2(coordinates)
-
-    def slope(self, value: npt.ArrayLike) -> Array:
-        """dp/dq at a value p."""
-        values = np.asarray(value, dtype=np.float64)
-        return np.ones_like(values) if self.scale == "linear" else values * np.log(2.0)
-
-
-@dataclass(frozen=True)
-class Term:
-    """A part of a model that can be left out: a summand becomes 0, a factor becomes 1.
-
-    Attributes
-    ----------
-    name, meaning : str
-    neutral : tuple of (str, float)
-        Parameters that only this term takes, and values that stand for them when it is left out.
-    features : tuple of str
-        Geometry features that only this term takes.
-    factor_of : str
-        The summand it is a factor of, "" for a summand.
-    """
-
-    name: str
-    meaning: str
-    neutral: tuple[tuple[str, float], ...]
-    features: tuple[str, ...] = ()
-    factor_of: str = ""
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A BRDF model: f(parameters, directions) in 1/sr, without the cosine of the view zenith.
 
     Attributes
     ----------
     name : str
-        The stem of both files of the pair.
+        As it is asked for: "ggx", "ggx+minnaert", "wang2013-fresnel".
+    origin : str
+        The same with the path of a page that is a file of one's own.
     title, source : str
         What it is and where it is published.
     parameters : tuple of Parameter
@@ -112,28 +39,33 @@ class Model:
     incident_features : int
         How many of them, the first ones, follow from the incident direction alone.
     features : callable
-        Directions (N), type, terms left out -> (N, F): everything the kernel needs of the geometry, finite,
-        computed in fp64 (the default) or fp32.
+        Directions (N), type -> (N, F): everything the kernel needs of the geometry, finite, computed in fp64
+        (the default) or fp32.
     brdf : callable
         (..., 1, P), (N, F) -> (..., N), 1/sr: the reference in fp64.
-    derived : callable
-        (..., P) -> (..., P): the parameters as the careful kernel takes them, fp64.
-    reference : callable
-        (P,), θi, θr, φ in degrees -> mpmath number: the equations as published, slow.
     jacobian : callable
         (..., 1, P), (N, F) -> (..., N, P): derivatives of `brdf` by the parameters, fp64.
+    reference : callable
+        (P,), θi, φi, θr, φr in degrees -> mpmath number in the working precision, slow.
+    kernel : callable
+        () -> text of its OpenCL functions (see kernels/models).
+    kind, flags, terms, examples
+        As of the page; those of a sum follow from its parts, whose names are terms of it.
+    derived : callable or None
+        (..., P) -> (..., P), fp64: the parameters as the careful kernel takes them; None where the kernel has
+        no careful form, and single precision is kept by computing in double.
     structure : Structure or None
-        What a fit can solve without searching; None for a model that has no such parts.
-    grazing : str
-        Name of the parameter without which (at 0) the integral over the hemisphere is finite; "" where it
-        always is.
-    terms : tuple of Term
-        What can be left out, by :func:`clbrdf.models.terms.restrict`.
-    left_out : frozenset of str
-        What has been left out; empty for the model as published.
+        What a fit can solve without searching beyond the linear parameters.
+    grazing : tuple of str
+        Linear parameters without which (at 0) the integral over the hemisphere is finite.
+    homogeneous : bool
+        Whether f = Σ p ∂f/∂p over the linear parameters: nothing is left when they are 0.
+    equal_parts : tuple of tuples of tuples of int
+        Parts of a sum that are the same model: for each such set, the places of the parameters of each part.
     """
 
     name: str
+    origin: str
     title: str
     source: str
     parameters: tuple[Parameter, ...]
@@ -142,23 +74,38 @@ class Model:
     features: Callable[..., Array]
     brdf: Callable[[Array, Array], Array]
     jacobian: Callable[[Array, Array], Array]
-    derived: Callable[[Array], Array]
     reference: Callable[..., Any]
-    structure: Structure | None = None
-    grazing: str = ""
+    kernel: Callable[[], str]
+    kind: Kind = "whole"
+    flags: Flags = Flags.NONE
     terms: tuple[Term, ...] = ()
-    left_out: frozenset[str] = frozenset()
+    examples: tuple[Example, ...] = ()
+    derived: Callable[[Array], Array] | None = None
+    structure: Structure | None = None
+    grazing: tuple[str, ...] = ()
+    homogeneous: bool = False
+    equal_parts: tuple[tuple[tuple[int, ...], ...], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Parameter names in table order."""
         return tuple(p.name for p in self.parameters)
 
-    def __reduce__(self) -> tuple[Callable[[str, frozenset[str]], Model], tuple[str, frozenset[str]]]:
-        # Models are found by name in another process too.
-        from clbrdf.models.terms import get_restricted
+    @property
+    def defaults(self) -> Array:
+        """The table's defaults, (P,)."""
+        return np.array([p.default for p in self.parameters])
 
-        return get_restricted, (self.name, self.left_out)
+    @property
+    def linear(self) -> tuple[int, ...]:
+        """Places of the linear parameters."""
+        return tuple(j for j, p in enumerate(self.parameters) if p.linear)
+
+    def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
+        # Models are found by name in another process too.
+        from clbrdf.models import get_model
+
+        return get_model, (self.origin,)
 
     def vector(self, parameters: Mapping[str, npt.ArrayLike]) -> Array:
         """Stack named values to (P,) or (W, P), with defaults where a name is missing.
@@ -166,9 +113,13 @@ class Model:
         Raises
         ------
         InputError
-            An unknown name, a value that is not finite or of the wrong sign, or lengths that do not agree.
+            An unknown name, a value that is not finite or of the wrong sign, lengths that do not agree, or
+            no value for a parameter that has no default.
         """
         self.check_names(parameters)
+        for p in self.parameters:
+            if p.given and p.name not in parameters:
+                raise InputError(f"model {self.name} needs {p.name} ({p.meaning}, {p.unit}); give its value")
         columns = [np.asarray(parameters.get(p.name, p.default), dtype=np.float64) for p in self.parameters]
         for name, column in zip(self.names, columns, strict=True):
             if not np.isfinite(column).all():
@@ -188,9 +139,8 @@ class Model:
 
     def diverges(self, parameters: Array) -> bool:
         """Whether the integral over the hemisphere has no bound for some of the parameters (..., P)."""
-        if self.grazing not in self.names:
-            return False
-        return bool((parameters[..., self.names.index(self.grazing)] > 0.0).any())
+        places = [self.names.index(name) for name in self.grazing if name in self.names]
+        return bool((parameters[..., places] > 0.0).any())
 
     def parameter(self, name: str) -> Parameter:
         """Return the row of the table with a name."""
@@ -234,13 +184,14 @@ class Model:
         return np.array(rows)
 
     def coordinate_bounds(self, bounds: Array) -> Array:
-        """Limits of the coordinates q, (P, 2), increasing, for limits of the values."""
-        pairs = [p.to_coordinate(row) for p, row in zip(self.parameters, bounds, strict=True)]
-        return np.sort(np.array(pairs), axis=1)
+        """Limits of the coordinates q, (..., P, 2), increasing, for limits of the values (..., P, 2)."""
+        pairs = [p.to_coordinate(bounds[..., j, :]) for j, p in enumerate(self.parameters)]
+        return np.sort(np.stack(pairs, axis=-2), axis=-1)
 
     def value_bounds(self, lower: Array, upper: Array) -> Array:
-        """Limits of the values, (P, 2), increasing, for limits of the coordinates, each (P,)."""
-        return np.sort(np.stack([self.from_coordinates(lower), self.from_coordinates(upper)], axis=1), axis=1)
+        """Limits of the values, (..., P, 2), increasing, for limits of the coordinates, each (..., P)."""
+        ends = [self.from_coordinates(lower), self.from_coordinates(upper)]
+        return np.sort(np.stack(ends, axis=-1), axis=-1)
 
     def to_coordinates(self, parameters: Array) -> Array:
         """Parameters (..., P) to coordinates q (..., P)."""

@@ -142,7 +142,8 @@ def check_fit(
     for place in chosen:
         one = [int(place)]
         problem = make_problem(
-            fit.scan.columns(one), fit.weights[:, one], fit.model, fit.bounds, choose_device()
+            *(fit.scan.columns(one), fit.weights[:, one], fit.model, fit.bounds, choose_device()),
+            given={name: fit.parameters[name][one] for name in fit.given},
         )
         jobs.append((problem, seed, effort))
     found = run_jobs(_search, jobs, processes, report)

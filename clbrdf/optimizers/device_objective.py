@@ -25,7 +25,7 @@ class DeviceObjective(NumpyObjective):
         Its device runs the kernels.
     wavelength : int
     precision : str
-        Of the kernels (clbrdf.precision), without pairs: "double", "single" or "fast:…".
+        Of the kernels (clbrdf.precision), without pairs: "double" or "fast:…".
 
     Raises
     ------
@@ -38,6 +38,7 @@ class DeviceObjective(NumpyObjective):
 
         super().__init__(problem, wavelength)
         device, arithmetic = problem.device, get_precision(precision)
+        self._given = problem.lower[wavelength]
         self._dtype: Any = arithmetic.dtype
         self._queue = open_queue(device)
         values = Variant.on(device, "objectives", problem.model, arithmetic, ("objective",))
@@ -61,10 +62,18 @@ class DeviceObjective(NumpyObjective):
 
     def value_and_gradient(self, q: Array) -> tuple[float, Array]:
         """E and ∂E/∂q (P,); where E is HUGE, the gradient is 0."""
-        E, *gradient = self._launch(self._gradients, self._gradients_data, q[None], 1 + len(q))[0]
+        whole = self.whole_coordinates(q)
+        E, *slopes = self._launch(self._gradients, self._gradients_data, whole[None], 1 + len(whole))[0]
+        gradient = np.array(slopes)[self.coordinates.free]
         if not (E < HUGE and np.isfinite(gradient).all()):
             return HUGE, np.zeros_like(q)
-        return float(E), np.array(gradient)
+        return float(E), gradient
+
+    def whole_coordinates(self, q: Array) -> Array:
+        """All coordinates (P,) of the free ones (Q,)."""
+        out: Array = self._given.copy()
+        out[self.coordinates.free] = q
+        return out
 
     def _launch(self, kernel: Any, data: tuple[Any, ...], sets: Array, results: int) -> Array:
         """Return (K, results) of sets (K, P), lanes that have no set of their own repeating the others."""

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
-from clbrdf.models import Model
 
 Array = npt.NDArray[np.float64]
 
@@ -46,27 +45,36 @@ class Objective(Values, Protocol):
 
 
 class Coordinates:
-    """From coordinates q to parameters, for whole arrays at once (Model.from_coordinates, faster)."""
+    """From free coordinates q (Q) of a wavelength to all parameters (P), for whole arrays at once."""
 
-    def __init__(self, model: Model) -> None:
-        self.on_log = np.flatnonzero([p.scale == "log" for p in model.parameters])
-        self.sign = np.array([model.parameters[j].sign for j in self.on_log])
+    def __init__(self, problem: Problem, wavelength: int = 0) -> None:
+        model = problem.model
+        self.free = list(problem.free)
+        rows = [model.parameters[j] for j in self.free]
+        self.on_log = np.flatnonzero([p.scale == "log" for p in rows])
+        self.sign = np.array([rows[j].sign for j in self.on_log])
+        self.given = model.from_coordinates(problem.lower[wavelength])
 
     def values(self, q: Array) -> Array:
-        """Parameters (..., P) of coordinates (..., P)."""
-        out = np.array(q, dtype=np.float64)
-        out[..., self.on_log] = self.sign * np.exp2(out[..., self.on_log])
+        """Parameters (..., P) of coordinates (..., Q)."""
+        free = np.array(q, dtype=np.float64)
+        free[..., self.on_log] = self.sign * np.exp2(free[..., self.on_log])
+        if len(self.free) == len(self.given):
+            return free
+        out = np.broadcast_to(self.given, (*free.shape[:-1], len(self.given))).copy()
+        out[..., self.free] = free
         return out
 
     def slopes(self, parameters: Array) -> Array:
-        """dp/dq (P,) at parameters (P,)."""
-        out = np.ones_like(parameters)
-        out[self.on_log] = parameters[self.on_log] * LN_2
+        """dp/dq (Q,) at parameters (P,)."""
+        free = parameters[self.free]
+        out = np.ones_like(free)
+        out[self.on_log] = free[self.on_log] * LN_2
         return out
 
 
 class NumpyObjective:
-    """E in NumPy, fp64.
+    """E in NumPy, fp64, over the coordinates that are free.
 
     Parameters
     ----------
@@ -77,15 +85,15 @@ class NumpyObjective:
 
     def __init__(self, problem: Problem, wavelength: int = 0) -> None:
         used = problem.scale[wavelength] > 0.0
-        self.model, self.coordinates = problem.model, Coordinates(problem.model)
+        self.model, self.coordinates = problem.model, Coordinates(problem, wavelength)
         self.features = np.ascontiguousarray(problem.features[used])
         self.scale, self.target = problem.scale[wavelength][used], problem.target[wavelength][used]
-        self.lower, self.upper = problem.lower, problem.upper
-        structure = problem.model.structure
-        self.linear = [] if structure is None else problem.model.places(structure.linear)
+        free = self.coordinates.free
+        self.lower, self.upper = problem.lower[wavelength][free], problem.upper[wavelength][free]
+        self.linear = [k for k, j in enumerate(free) if j in problem.model.linear]
 
     def values(self, q: Array) -> Array:
-        """E (K,) of coordinates (K, P)."""
+        """E (K,) of coordinates (K, Q)."""
         with np.errstate(all="ignore"):
             residual = self.model.brdf(self.coordinates.values(q)[:, None, :], self.features)
             residual *= self.scale
@@ -99,7 +107,7 @@ class NumpyObjective:
             return float(residual @ residual)
 
     def value_and_gradient(self, q: Array) -> tuple[float, Array]:
-        """E and ∂E/∂q (P,); where E is HUGE, the gradient is 0."""
+        """E and ∂E/∂q (Q,); where E is HUGE, the gradient is 0."""
         with np.errstate(all="ignore"):
             p = self.coordinates.values(q)
             f, jacobian = self._value_and_jacobian(p)
@@ -111,7 +119,7 @@ class NumpyObjective:
         return E, gradient
 
     def residuals(self, q: Array) -> tuple[Array, Array]:
-        """r (N,) and ∂r/∂q (N, P); not finite where the model is not."""
+        """r (N,) and ∂r/∂q (N, Q); not finite where the model is not."""
         with np.errstate(all="ignore"):
             p = self.coordinates.values(q)
             f, jacobian = self._value_and_jacobian(p)
@@ -119,11 +127,13 @@ class NumpyObjective:
             return f * self.scale - self.target, jacobian
 
     def _value_and_jacobian(self, p: Array) -> tuple[Array, Array]:
-        """f (N,) and ∂f/∂p (N, P) at parameters (P,)."""
+        """f (N,) and ∂f/∂p (N, Q) at parameters (P,)."""
+        free = self.coordinates.free
         jacobian = self.model.jacobian(p[None, :], self.features)
-        if self.linear:  # f = Σ p ∂f/∂p over the linear parameters comes with its derivatives
-            return jacobian[:, self.linear] @ p[self.linear], jacobian
-        return self.model.brdf(p[None, :], self.features), jacobian
+        if self.model.homogeneous:  # f = Σ p ∂f/∂p over the linear parameters
+            places = list(self.model.linear)
+            return jacobian[:, places] @ p[places], jacobian[:, free]
+        return self.model.brdf(p[None, :], self.features), jacobian[:, free]
 
 
 def tamed(values: Array) -> Array:

@@ -1,18 +1,16 @@
 """E with the linear parameters solved inside: a function of the other coordinates alone.
 
-At each set of the others, the linear ones solve min ‖B p − t‖² within their limits. With few of them every
-face of their box is tried: free, at the lower limit or at the upper one each (variable projection: Golub and
-Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+At each set of the others, the linear ones solve min ‖B p − t‖² within their limits (variable projection:
+Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from __future__ import annotations
-
-from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.box import box_minimum
 from clbrdf.optimizers.objective import NumpyObjective, tamed
 
 Array = npt.NDArray[np.float64]
@@ -35,10 +33,11 @@ class SeparableObjective:
         self.whole = whole
         self.linear = np.array(whole.linear, dtype=np.intp)
         if len(self.linear) == 0:
-            raise InputError(f"model {whole.model.name} tells of no linear parameters to solve for")
+            raise InputError(f"model {whole.model.name} has no linear parameters that are free to solve for")
         self.free = np.setdiff1d(np.arange(len(whole.lower)), self.linear)
         self.lower, self.upper = whole.lower[self.free], whole.upper[self.free]
-        ends = whole.coordinates.values(np.stack([whole.lower, whole.upper]))[:, self.linear]
+        self.places = np.array(whole.coordinates.free)[self.linear]
+        ends = whole.coordinates.values(np.stack([whole.lower, whole.upper]))[:, self.places]
         self.limits = np.sort(ends, axis=0)
 
     def values(self, q: Array) -> Array:
@@ -48,62 +47,56 @@ class SeparableObjective:
     def solve(self, q: Array) -> tuple[Array, Array]:
         """E (K,) and the linear parameters (K, L) that reach it."""
         with np.errstate(all="ignore"):
-            basis = self._basis(q)
-            p = box_least_squares(basis, self.whole.target, self.limits)
-            residual = np.einsum("kln,kl->kn", basis, p) - self.whole.target
+            basis, rest = self._basis(q)
+            p = box_least_squares(basis, rest, self.limits)
+            residual = np.einsum("kln,kl->kn", basis, p) - rest
             return tamed(np.einsum("kn,kn->k", residual, residual)), p
 
     def complete(self, q: Array) -> Array:
         """All coordinates (P,) of nonlinear ones (Q,), with the linear parameters at their best."""
-        model = self.whole.model
+        rows = [self.whole.model.parameters[j] for j in self.whole.coordinates.free]
         _, p = self.solve(q[None])
         out = np.empty(len(self.whole.lower))
         out[self.free] = q
         for place, value in zip(self.linear, p[0], strict=True):
-            out[place] = model.parameters[place].to_coordinate(value)
+            out[place] = rows[place].to_coordinate(value)
         return np.clip(out, self.whole.lower, self.whole.upper)
 
-    def _basis(self, q: Array) -> Array:
-        """(K, L, N): s f with one linear parameter 1 and the others 0."""
+    def _basis(self, q: Array) -> tuple[Array, Array]:
+        """(K, L, N): s ∂f/∂p of the linear parameters; (K, N): data without what is given."""
         whole = self.whole
-        coordinates = np.zeros((len(q), len(whole.lower)))
+        coordinates = np.tile(whole.lower, (len(q), 1))
         coordinates[:, self.free] = q
         parameters = whole.coordinates.values(coordinates)
+        parameters[:, self.places] = 0.0
+        given = whole.model.brdf(parameters[:, None, :], whole.features) * whole.scale
         columns = []
-        for place in self.linear:
-            parameters[:, self.linear] = 0.0
+        for place in self.places:
             parameters[:, place] = 1.0
-            columns.append(whole.scale * whole.model.brdf(parameters[:, None, :], whole.features))
-        return np.stack(columns, axis=1)
+            columns.append(whole.scale * whole.model.brdf(parameters[:, None, :], whole.features) - given)
+            parameters[:, place] = 0.0
+        return np.stack(columns, axis=1), whole.target - given
 
 
 def box_least_squares(basis: Array, target: Array, limits: Array) -> Array:
-    """Return the p (K, L) within limits (2, L) that minimise ‖Σ p_l B_l − t‖² for bases (K, L, N).
+    """Return the p (K, L) within limits (2, L) that minimise ‖Σ p_l B_l − t‖² for bases (K, L, N), t (K, N).
 
     A basis of zeros, or one too large for its square, gets its lower limit.
     """
-    k, n_linear, _ = basis.shape
     H = np.einsum("kln,kmn->klm", basis, basis)
-    h = basis @ target
+    h = np.einsum("kln,kn->kl", basis, np.broadcast_to(target, (len(basis), basis.shape[2])))
     length = np.sqrt(np.einsum("kll->kl", H))
     usable = np.isfinite(length) & (length > 0.0)
     length = np.where(usable, length, 1.0)
     # Scaled to unit length, so that the normal equations of two columns are as good as they can be.
-    H = np.where(usable[:, :, None] & usable[:, None, :], H, 0.0) / (length[:, :, None] * length[:, None, :])
-    H[:, np.arange(n_linear), np.arange(n_linear)] = 1.0
-    h = np.where(usable, h, -1.0) / length
-    low, high = limits[0] * length, limits[1] * length
-    best, best_value = np.empty((k, n_linear)), np.full(k, np.inf)
-    for face in product("flh", repeat=n_linear):
-        p = np.select([np.array(face) == "l", np.array(face) == "h"], [low, high], 0.0)
-        free = np.array(face) == "f"
-        if free.any():
-            system = H[:, free][:, :, free] + 1e-15 * np.eye(int(free.sum()))
-            right = h[:, free] - np.einsum("klm,km->kl", H[:, free], p)
-            inside = np.linalg.solve(system, right[:, :, None])[:, :, 0]
-            p[:, free] = np.clip(inside, low[:, free], high[:, free])
-        value = np.einsum("klm,kl,km->k", H, p, p) - 2.0 * np.einsum("kl,kl->k", h, p)
-        better = value < best_value
-        best[better], best_value[better] = p[better], value[better]
-    found = np.isfinite(best_value)
-    return np.where(found[:, None], best / length, limits[0])
+    R = np.where(usable[:, :, None] & usable[:, None, :], H, 0.0) / (length[:, :, None] * length[:, None, :])
+    R[:, np.arange(H.shape[1]), np.arange(H.shape[1])] = 1.0
+    h = np.where(usable, h, 0.0) / length
+    # About the lower limits, from where every coordinate can only grow.
+    origin = limits[0] * length
+    b = np.einsum("klm,km->kl", R, np.where(usable, origin, 0.0)) - h
+    b = np.where(usable, b, 1.0)
+    span = np.where(usable, (limits[1] - limits[0]) * length, 0.0)
+    x, _ = box_minimum(R.transpose(1, 2, 0), b.T, np.zeros_like(span.T), span.T)
+    p = np.where(usable, (origin + x.T) / length, limits[0])
+    return np.asarray(np.clip(p, limits[0], limits[1]))

@@ -92,7 +92,9 @@ def align(
         No peak stands out within reach.
     """
 
-    def along(axis: int, pose: Sequence[float], cosine: bool) -> Callable[[float], tuple[float, float, float]]:
+    def along(
+        axis: int, pose: Sequence[float], cosine: bool
+    ) -> Callable[[float], tuple[float, float, float]]:
         def one(angle: float) -> tuple[float, float, float]:
             place = list(pose)
             place[axis] = angle

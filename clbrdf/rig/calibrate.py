@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from clbrdf import __version__, hdf5
 from clbrdf.errors import InputError
+from clbrdf.flags import FLAGS, for_other_reasons
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.exposure import saturation_limit
@@ -32,7 +33,7 @@ from clbrdf.rig.uncertainty import (
     count_variance,
     linearised,
 )
-from clbrdf.scan import FLAGS, Scan
+from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
 
@@ -271,7 +272,10 @@ def _with_budget(
     kinds: dict[str, str],
 ) -> Calibrated:
     """Add what does not come from the counts, and the total to the scan."""
-    size = np.abs(np.where(scan.mask, 0.0, scan.brdf))
+    assert scan.flags is not None
+    # A value below zero has an uncertainty like any other; with it, it may be a dark surface's.
+    without = for_other_reasons(scan.flags)
+    size = np.abs(np.where(without, 0.0, scan.brdf))
     if not budget.points.counting:
         parts["counting"][:] = 0.0
         parts["incident power"][:] = 0.0
@@ -286,7 +290,7 @@ def _with_budget(
     for kind, name in (("point", "other, by point"), ("scale", "other, scale")):
         parts[name], kinds[name] = size * budget.without_measured(kind), kind
     total = _root_sum(list(parts.values()))
-    total[scan.mask] = np.nan
+    total[without] = np.nan
     return Calibrated(replace(scan, sigma=total), parts, kinds)
 
 

@@ -69,7 +69,7 @@ class FixedRoute:
         if self._next >= len(self.route):
             return None
         k, d = self._next, self.route.directions
-        nominal = np.array([d.theta_i[k], 0.0, d.theta_r[k], d.phi[k]])
+        nominal = np.array([d.theta_i[k], d.phi_i[k], d.theta_r[k], d.phi_r[k]])
         return Target(k, nominal, self.route.axes[k])
 
     def tell(self, row: Row) -> None:

@@ -78,7 +78,7 @@ class RawScan:
     def directions(self) -> Directions:
         """The directions asked for, one for each of `point_rows`."""
         theta_i, phi_i, theta_r, phi_r = self.rows["nominal"][self.point_rows()].T
-        return Directions(theta_i, theta_r, (phi_r - phi_i) % 360.0)
+        return Directions(theta_i, phi_i, theta_r, phi_r)
 
 
 def write_raw(entry: h5py.Group, raw: RawScan) -> None:

@@ -79,8 +79,8 @@ def worst_exchange(brdf: Brdf, wavelength: Array) -> Exchange:
     one = np.array([angles[0] for angles, _ in pairs])
     two = np.array([angles[1] for angles, _ in pairs])
     phi = np.array([azimuth for _, azimuth in pairs])
-    directions = Directions(one, two, phi)
-    return _worst(brdf(directions), brdf(Directions(two, one, phi)), directions, wavelength)
+    directions = Directions.relative(one, two, phi)
+    return _worst(brdf(directions), brdf(Directions.relative(two, one, phi)), directions, wavelength)
 
 
 def _worst(there: Array, back: Array, directions: Directions, wavelength: Array) -> Exchange:

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.device import Device
+from clbrdf.flags import FLAGS
 from clbrdf.geometry import Directions
 from clbrdf.progress import Report, silent
-from clbrdf.scan import FLAGS, Scan
+from clbrdf.scan import Scan
 from clbrdf.scene.block import Block
 from clbrdf.scene.effects.misalignment import misaligned
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate

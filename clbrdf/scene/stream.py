@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf import hdf5
+from clbrdf.flags import FLAGS, flag_unusable
 from clbrdf.progress import Report, silent
-from clbrdf.scan import FLAGS, flag_unusable, write_frame
+from clbrdf.scanfile import write_frame
 from clbrdf.scene.block import Block
 from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instrument
 
@@ -148,6 +149,7 @@ def _write_values(datasets: dict[str, h5py.Dataset], block: Block) -> int:
     flags = np.zeros(values.shape, np.uint32)
     if block.flagged is not None:
         flags[block.flagged] = 1 << len(FLAGS)
-    flags = flag_unusable(values, flags)
+    sigma = None if block.variance is None or "brdf_errors" not in datasets else np.sqrt(block.variance)
+    flags = flag_unusable(values, flags, sigma)
     datasets["flags"].write_direct(flags, dest_sel=np.s_[rows])
     return int(np.count_nonzero(flags))

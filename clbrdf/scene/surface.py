@@ -14,14 +14,18 @@ from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
-from clbrdf.models import get_model
-from clbrdf.models.model import Model
-from clbrdf.models.terms import restrict
+from clbrdf.models import Model, get_model, restrict
 from clbrdf.precision import Precision, get_precision
 from clbrdf.scan import Scan
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.scenefile import Scene, check_terms
-from clbrdf.values import Launcher, evaluate_directions, features_in_parts, mean_over
+from clbrdf.values import (
+    Launcher,
+    evaluate_directions,
+    features_in_parts,
+    mean_over,
+    working_precision,
+)
 
 Array = npt.NDArray[np.float64]
 Real = npt.NDArray[Any]
@@ -81,7 +85,9 @@ class ModelSurface:
     def parameters(self, wavelength: Array) -> Array:
         """Return parameters (..., P) at wavelengths (...)."""
         flat = np.ravel(wavelength)
-        vector = self.model.vector(self.curves(flat))
+        named = self.curves(flat)
+        named |= {p.name: flat for p in self.model.parameters if p.given == "wavelength"}
+        vector = self.model.vector(named)
         whole = np.broadcast_to(vector, (len(flat), vector.shape[-1]))
         return np.ascontiguousarray(whole).reshape(*np.shape(wavelength), -1)
 
@@ -252,16 +258,18 @@ def make_surface(scene: Scene, device: Device | None = None) -> Surface:
         except ValueError as error:
             raise InputError(f"surface.{error}") from error
         whole = model
-        model = restrict(whole, frozenset(known) - frozenset(settings.terms))
-        if not model.names:
+        kept_terms = frozenset(settings.terms)
+        if not any(term.name in kept_terms and not term.factor_of for term in whole.terms):
             raise InputError(f"surface.terms leaves nothing that reflects; keep one of {', '.join(known)}")
+        model = restrict(whole, frozenset(known) - kept_terms)
         given = curves
 
         def kept(wavelength: Array) -> dict[str, Array]:
             return {name: values for name, values in given(wavelength).items() if name in model.names}
 
         curves = kept
-    surface = ModelSurface(model, curves, get_precision(scene.precision), device or choose_device())
+    precision = working_precision(model, get_precision(scene.precision))
+    surface = ModelSurface(model, curves, precision, device or choose_device())
     try:
         surface.parameters(np.array(scene.wavelength))
     except InputError as error:

@@ -59,4 +59,4 @@ def directions_of(source: Array, view: Array, normal: Array | None = None) -> Di
     """Return the directions of unit vectors (N, 3) towards source and detector."""
     theta_i, phi_i = zenith_azimuth(source, normal)
     theta_r, phi_r = zenith_azimuth(view, normal)
-    return Directions(theta_i, theta_r, phi_r - phi_i)
+    return Directions.relative(theta_i, theta_r, phi_r - phi_i)

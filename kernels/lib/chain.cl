@@ -3,6 +3,8 @@
 // The energy is log2 E, so that a temperature (in units of ln E) means the same for a bright and a dark sample
 // and for a good and a bad fit. What the search solves itself, energy_at writes into p.
 //
+// Limits of the coordinates belong to a wavelength, (W, P): a parameter that is given has both at its value.
+//
 // State, per wavelength w and group g of WIDTH chains, in vectors of WIDTH:
 //   q, best, step   (W, G, P)      energy, best_energy, temperature   (W, G)
 //   counts          (W, G, 2)      moves taken, and proposals whose E was not finite (refused)
@@ -17,7 +19,7 @@
 #define DATA_ARGUMENTS                                                                             \
     global const real *restrict rows, global const uint *restrict starts, const uint incident_groups, \
         const uint n_directions, global const real *restrict target, global const real *restrict scale, \
-        global const real *restrict lower, global const real *restrict upper, const ulong seed,    \
+        global const real *restrict lower_all, global const real *restrict upper_all, const ulong seed, \
         global const uint *restrict wavelength_keys
 
 #define STATE_ARGUMENTS                                                                            \
@@ -31,10 +33,6 @@ typedef struct {
     realv not_finite;
     realv sum, sum_of_squares;  // of the energy about its value at the start, against cancellation
 } chain;
-
-inline realv coordinate_of(int j, realv p) {
-    return on_log_scale[j] ? log2((realv)sign_of[j] * p) : p;
-}
 
 inline chain load_chain(size_t place, global const real *q_all, global const real *best_all,
                         global const real *step_all, global const real *energy_all,

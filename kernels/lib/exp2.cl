@@ -90,3 +90,8 @@ inline realv exp2_falling(realv x) {
 inline realv exp2_lanes(realv x) {
     return exp2_falling(x < (realv)EXP2_HIGHEST ? x : (realv)EXP2_HIGHEST);
 }
+
+// e^x, with the error of exp2_lanes and |x| ulp of the product.
+inline realv exp_lanes(realv x) {
+    return exp2_lanes(x * (real)1.4426950408889634);
+}

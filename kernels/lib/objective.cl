@@ -8,6 +8,12 @@
 //
 //   error    the model's, plus N ulp for the sum in the worst case
 
+#ifndef MODEL_UNROLLED
+inline void model_brdf_unrolled(const model_state *m, const geometry *x, realv *f) {
+    for (int k = 0; k < UNROLL; ++k) f[k] = model_brdf(m, x[k]);
+}
+#endif
+
 inline realv objective_of(const realv *p, global const real *restrict rows,
                           global const uint *restrict starts, const uint groups,
                           global const real *restrict target, global const real *restrict scale) {
@@ -38,7 +44,7 @@ inline realv objective_of(const realv *p, global const real *restrict rows,
     return sum;
 }
 
-// log2 E; E is floored where a perfect fit would make it −∞.
+// log2 E; E is floored where a perfect fit would make it −∞, and stays no number where it is none.
 inline realv log2_of_objective(realv objective) {
-    return log2(objective > (realv)1e-37 ? objective : (realv)1e-37);
+    return log2(objective <= (realv)1e-37 ? (realv)1e-37 : objective);
 }

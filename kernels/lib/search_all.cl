@@ -1,9 +1,9 @@
-// A search in all coordinates: the energy is log2 of the objective where the chain stands.
+// A search in all coordinates that are free: the energy is log2 of the objective where the chain stands.
 
-#define SEARCHED P
+#define SEARCHED FREE
 #define SOLVED 0
 
-inline int searched(int k) { return k; }
+inline int searched(int k) { return free_place[k]; }
 
 inline realv energy_at(realv *p, global const real *restrict rows, global const uint *restrict starts,
                        const uint groups, global const real *restrict target,

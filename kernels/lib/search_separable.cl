@@ -1,20 +1,19 @@
-// A search in the coordinates that do not enter linearly: at each step the two linear parameters are set to
-// their best values within the limits, and the energy is log2 of the objective there.
+// A search in the coordinates that do not enter linearly: at each step the linear parameters are set to their best
+// values within the limits, and the energy is log2 of the objective there.
 //
-// With f = t0 + t1, t0 and t1 the terms at the linear parameters the chain last had, a step δ that multiplies
-// them by 1 + δ0 and 1 + δ1 changes E by the quadratic form
+// A step that adds δ_k u_k to the linear parameters, u_k their unit (the parameter itself where it is on a log
+// scale, else 1), changes f by Σ δ_k t_k with the terms t_k of the model, and E by the quadratic form
 //
-//   ΔE = 2 (δ0 Σ t0 r + δ1 Σ t1 r) + δ0² Σ t0² + 2 δ0 δ1 Σ t0 t1 + δ1² Σ t1²,  r = t0 + t1 − data, all scaled.
+//   ΔE = 2 Σ δ_k Σ t_k r + Σ δ_k δ_l Σ t_k t_l,  r = f − data, all scaled.
 //
 // Sums of residuals rather than of data: what cancels is small once the chain is near, so that single precision
-// does. Where E falls far, the sums are formed once more about the new values. The minimum lies inside the box
-// or on one of its edges; all five are formed.
+// does. Where E falls far, the sums are formed once more about the new values.
 //
 //   error    E as of the objective, plus a few ulp of Σ r² at the chain's last linear parameters
 //   source   Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413
 
-#define SEARCHED (P - 2)
-#define SOLVED 2
+#define SEARCHED NONLINEAR
+#define SOLVED LINEAR
 
 #ifdef REAL_IS_DOUBLE
 #define LEAST_LENGTH 1e-290
@@ -24,73 +23,55 @@
 
 inline int searched(int k) { return searched_place[k]; }
 
-inline realv bounded(realv x, realv low, realv high) {
-    const realv above = x > low ? x : low;
-    return above < high ? above : high;
-}
-
 // Sums at p, and p with the linear parameters set to their best values; returns E there and writes E at p.
 inline realv solve_linear(realv *p, realv *before, global const real *restrict rows,
                           global const uint *restrict starts, const uint groups,
                           global const real *restrict target, global const real *restrict scale,
                           global const real *restrict lower, global const real *restrict upper) {
     model_state m = model_prepare(p);
-    realv rr = (realv)0.0, r0 = rr, r1 = rr, s00 = rr, s01 = rr, s11 = rr;
+    realv rr = (realv)0.0, b[LINEAR], R[LINEAR * (LINEAR + 1) / 2];
+    for (int i = 0; i < LINEAR; ++i) {
+        b[i] = (realv)0.0;
+        for (int j = 0; j <= i; ++j) R[BOX_PACKED(i, j)] = (realv)0.0;
+    }
     for (uint g = 0; g < groups; ++g) {
         model_incident(&m, geometry_of(rows, starts[g]));
         for (uint n = starts[g]; n < starts[g + 1]; ++n) {
             const realv s = (realv)scale[n];
-            realv term[2];
-            model_terms(&m, geometry_of(rows, n), term);
-            const realv t0 = s * term[0], t1 = s * term[1];
-            const realv r = t0 + t1 - (realv)target[n];
+            const geometry x = geometry_of(rows, n);
+            realv term[TERMS];
+            model_terms(&m, x, term);
+            const realv r = s * model_brdf(&m, x) - (realv)target[n];
             rr += r * r;
-            r0 += t0 * r;
-            r1 += t1 * r;
-            s00 += t0 * t0;
-            s01 += t0 * t1;
-            s11 += t1 * t1;
+            for (int i = 0; i < LINEAR; ++i) {
+                const realv t = s * term[term_of[i]];
+                b[i] += t * r;
+                for (int j = 0; j <= i; ++j) R[BOX_PACKED(i, j)] += t * (s * term[term_of[j]]);
+            }
         }
     }
-    // In units in which both terms have length 1; a term that is not felt stays where it is.
-    const realv tiny = (realv)LEAST_LENGTH;
-    const realv u0 = s00 > tiny ? rsqrt(s00) : (realv)0.0, u1 = s11 > tiny ? rsqrt(s11) : (realv)0.0;
-    realv least[2], most[2], low[2], high[2];
-    for (int k = 0; k < 2; ++k) {
+    // In units in which each term has length 1; a term that is not felt stays where it is.
+    realv u[LINEAR], unit[LINEAR], low[LINEAR], high[LINEAR], x[LINEAR];
+    for (int k = 0; k < LINEAR; ++k) {
         const int j = linear_place[k];
-        const realv length = sqrt(k ? s11 : s00);
-        least[k] = value_of(j, (realv)lower[j]);
-        most[k] = value_of(j, (realv)upper[j]);
-        low[k] = (least[k] / p[j] - (realv)1.0) * length;
-        high[k] = (most[k] / p[j] - (realv)1.0) * length;
+        const realv square = R[BOX_PACKED(k, k)], length = sqrt(square);
+        u[k] = square > (realv)LEAST_LENGTH ? (realv)1.0 / length : (realv)0.0;
+        unit[k] = on_log_scale[j] ? p[j] : (realv)1.0;
+        low[k] = (bound_of(j, lower[j], upper[j], 0) - p[j]) / unit[k] * length;
+        high[k] = (bound_of(j, lower[j], upper[j], 1) - p[j]) / unit[k] * length;
+        // The limits may round past the parameter; and what is not a number stays 0.
+        low[k] = low[k] < (realv)0.0 ? low[k] : (realv)0.0;
+        high[k] = high[k] > (realv)0.0 ? high[k] : (realv)0.0;
+        b[k] *= u[k];
     }
-    const realv b0 = r0 * u0, b1 = r1 * u1, rho = s01 * u0 * u1;
-    const realv determinant = (realv)1.0 - rho * rho;
-    realv x = (realv)0.0, y = (realv)0.0, change = (realv)0.0;  // staying is always possible
-    for (int k = 0; k < 5; ++k) {
-        realv tx, ty;
-        integerv possible = rr == rr;
-        if (k < 2) {
-            tx = k ? high[0] : low[0];
-            ty = bounded(-b1 - rho * tx, low[1], high[1]);
-        } else if (k < 4) {
-            ty = k == 3 ? high[1] : low[1];
-            tx = bounded(-b0 - rho * ty, low[0], high[0]);
-        } else {
-            tx = (rho * b1 - b0) / determinant;
-            ty = (rho * b0 - b1) / determinant;
-            possible = (determinant > (realv)1e-5) & (tx >= low[0]) & (tx <= high[0]) & (ty >= low[1]) &
-                       (ty <= high[1]);
-        }
-        const realv gain = (realv)2.0 * (tx * b0 + ty * b1 + rho * tx * ty) + tx * tx + ty * ty;
-        const integerv better = possible & (gain < change);
-        x = better ? tx : x;
-        y = better ? ty : y;
-        change = better ? gain : change;
+    for (int i = 0; i < LINEAR; ++i)
+        for (int j = 0; j <= i; ++j) R[BOX_PACKED(i, j)] = i == j ? (realv)1.0 : R[BOX_PACKED(i, j)] * u[i] * u[j];
+    const realv change = box_minimum(R, b, low, high, x);
+    for (int k = 0; k < LINEAR; ++k) {
+        const int j = linear_place[k];
+        p[j] = bounded(p[j] + x[k] * u[k] * unit[k], bound_of(j, lower[j], upper[j], 0),
+                       bound_of(j, lower[j], upper[j], 1));
     }
-    const int j0 = linear_place[0], j1 = linear_place[1];
-    p[j0] = bounded(p[j0] * ((realv)1.0 + x * u0), least[0], most[0]);
-    p[j1] = bounded(p[j1] * ((realv)1.0 + y * u1), least[1], most[1]);
     *before = rr;
     return rr + change;
 }
@@ -99,7 +80,6 @@ inline realv energy_at(realv *p, global const real *restrict rows, global const 
                        const uint groups, global const real *restrict target,
                        global const real *restrict scale, global const real *restrict lower,
                        global const real *restrict upper) {
-    const int j0 = linear_place[0], j1 = linear_place[1];
     realv before;
     realv E = solve_linear(p, &before, rows, starts, groups, target, scale, lower, upper);
     // Where E fell far, the difference has lost its digits: once more about the new values, for such lanes only.
@@ -111,8 +91,7 @@ inline realv energy_at(realv *p, global const real *restrict rows, global const 
         const realv E_again =
             solve_linear(trial, &before, rows, starts, groups, target, scale, lower, upper);
         E = again ? E_again : E;
-        p[j0] = again ? trial[j0] : p[j0];
-        p[j1] = again ? trial[j1] : p[j1];
+        for (int i = 0; i < LINEAR; ++i) p[linear_place[i]] = again ? trial[linear_place[i]] : p[linear_place[i]];
         before = again ? before : (realv)0.0;
     }
     return log2_of_objective(E);

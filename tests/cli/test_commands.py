@@ -127,7 +127,7 @@ class TestImportAndInfo:
     def test_newer_version(self, run, scan_file):
         with h5py.File(scan_file, "a") as file:
             file.attrs["clbrdf_format"] = 99
-        assert_one_line(run("info", scan_file), "format version 99, newer than the 1 known here")
+        assert_one_line(run("info", scan_file), "format version 99, newer than the 2 known here")
 
 
 class TestFit:

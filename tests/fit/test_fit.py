@@ -203,7 +203,7 @@ def test_every_fit_reports_what_it_cost(small_scan, device):
 def test_settings_and_arguments_are_checked(small_scan):
     with pytest.raises(
         InputError,
-        match="no method is called 'guess'; there are auto, dictionary, anneal-",
+        match="no method is called 'guess'; there are auto, dictionary, lookup, anneal-",
     ):
         clbrdf.fit(small_scan, method="guess")
     with pytest.raises(InputError, match="method dictionary takes DictionarySettings, not Settings"):

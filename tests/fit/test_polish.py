@@ -30,7 +30,7 @@ def scipy_end(problem, start):
     end = least_squares(
         residuals,
         start,
-        bounds=(problem.lower, problem.upper),
+        bounds=(problem.lower[0], problem.upper[0]),
         x_scale="jac",
         xtol=1e-15,
         ftol=1e-15,
@@ -45,7 +45,7 @@ def test_near_starts_end_where_scipy_ends(small_scan, device):
     problem = problem_of(scan, device, {"d": (0.75, 2.0)})  # the truth, d = 0.74, is out of reach
     truth = MODEL.to_coordinates(np.array([3.87, 0.5216, -300.0, 0.8, 406.0, 1.17]))
     starts = truth + rng.normal(0.0, 0.05, (1, 6, 6))
-    starts = np.clip(starts, problem.lower, problem.upper - 1e-6)
+    starts = np.clip(starts, problem.lower[0], problem.upper[0] - 1e-6)
     ends = polish(problem, starts)
     assert ends.converged.all()
     for k in range(6):
@@ -57,7 +57,7 @@ def test_starts_do_not_disturb_each_other(small_scan, device):
     """Lanes stop at different times; one that is done must not move."""
     rng = np.random.default_rng(9)
     problem = problem_of(small_scan, device)
-    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 7, 6))
+    starts = problem.lower[0] + (problem.upper - problem.lower)[0] * rng.random((3, 7, 6))
     together = descend_to_the_end(problem, starts)
     for k in range(7):
         alone = descend_to_the_end(problem, starts[:, k : k + 1])
@@ -68,19 +68,19 @@ def test_starts_do_not_disturb_each_other(small_scan, device):
 def test_no_end_is_worse_than_its_start(small_scan, device):
     rng = np.random.default_rng(10)
     problem = problem_of(small_scan.columns([1]), device)
-    starts = problem.lower + (problem.upper - problem.lower) * rng.random((1, 64, 6))
+    starts = problem.lower[0] + (problem.upper - problem.lower)[0] * rng.random((1, 64, 6))
     ends = descend_to_the_end(problem, starts)
     values = MODEL.brdf(MODEL.from_coordinates(starts[0])[:, None, :], problem.features)
     before = ((problem.scale * values - problem.target) ** 2).sum(axis=1)
     assert (ends.objective[0] <= before * (1 + 1e-12)).all()
-    assert ((ends.coordinates >= problem.lower) & (ends.coordinates <= problem.upper)).all()
+    assert ((ends.coordinates >= problem.lower[0]) & (ends.coordinates <= problem.upper[0])).all()
 
 
 def test_the_way_in_single_precision_loses_no_optimum(small_scan, device):
     """From starts as a search gives them, some of them bad, both ways end at the same lowest E."""
     rng = np.random.default_rng(11)
     problem = problem_of(small_scan, device)
-    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 8, 6))
+    starts = problem.lower[0] + (problem.upper - problem.lower)[0] * rng.random((3, 8, 6))
     truth = MODEL.to_coordinates(np.array([3.87, 0.5216, -300.0, 0.74, 406.0, 1.17]))
     starts[:, ::2] = truth + rng.normal(0.0, 0.2, (3, 4, 6))
     quick, patient = polish(problem, starts), descend_to_the_end(problem, starts)
@@ -93,7 +93,7 @@ def test_the_way_in_single_precision_loses_no_optimum(small_scan, device):
 def test_lanes_left_out_stay_where_they_are(small_scan, device):
     rng = np.random.default_rng(12)
     problem = problem_of(small_scan, device)
-    starts = problem.lower + (problem.upper - problem.lower) * rng.random((3, 6, 6))
+    starts = problem.lower[0] + (problem.upper - problem.lower)[0] * rng.random((3, 6, 6))
     left_out = np.array([[False, True, False, True, True, False]] * 3)
     ends = descend(problem, starts, get_precision("double"), 20, TOLERANCE, left_out)
     np.testing.assert_array_equal(ends.coordinates[left_out], starts[left_out])

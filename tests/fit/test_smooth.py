@@ -47,7 +47,7 @@ def residuals_of_phi(problem, noise, change):
         q = flat.reshape(len(WAVELENGTH), 6)
         values = MODEL.brdf(MODEL.from_coordinates(q)[:, None, :], problem.features)
         data = (problem.scale * values - problem.target) / np.sqrt(noise)[:, None]
-        steps = np.diff(q, axis=0) / (change * (problem.upper - problem.lower))
+        steps = np.diff(q, axis=0) / (change * (problem.upper - problem.lower)[0])
         return np.concatenate([data.ravel(), (steps / np.sqrt(np.diff(WAVELENGTH) / 10.0)[:, None]).ravel()])
 
     return residuals
@@ -61,7 +61,7 @@ def test_minimum_and_uncertainties_are_those_of_a_plain_least_squares(scan, devi
     ends, covariance = smooth(problem, start, WAVELENGTH, change)
     noise = fit.objective / (len(scan.theta_i) - 6)
     residuals = residuals_of_phi(problem, noise, change)
-    bounds = (np.tile(problem.lower, 4), np.tile(problem.upper, 4))
+    bounds = (problem.lower.ravel(), problem.upper.ravel())
     options = {"x_scale": "jac", "xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-14}
     end = least_squares(residuals, start.coordinates.ravel(), bounds=bounds, **options)
     assert (residuals(ends.coordinates.ravel()) ** 2).sum() <= 2.0 * end.cost * (1.0 + 1e-8)

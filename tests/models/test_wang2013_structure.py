@@ -17,7 +17,7 @@ BOUNDS = np.array([MODEL.parameter(name).bounds for name in PARTS.growth])
 def test_the_parts_make_up_the_model():
     rng = np.random.default_rng(31)
     theta_i, theta_r, phi = rng.uniform(1, 85, 50), rng.uniform(1, 85, 50), rng.uniform(0, 360, 50)
-    x = MODEL.features(Directions(theta_i, theta_r, phi))
+    x = MODEL.features(Directions.relative(theta_i, theta_r, phi))
     a, b, c, d, ks, kd = naive.TIN_FOIL
     growth = PARTS.log_growth(np.array([a, b]), x[:, :1])
     parts = ks * np.exp(growth) * PARTS.lobes(np.array([[c, d]]), x)[0] + kd * PARTS.diffuse
@@ -47,7 +47,7 @@ def test_growths_at_their_limits_are_found():
 def test_shapes_keep_their_limits_and_cover_them():
     limits = np.array([MODEL.parameter(name).bounds for name in PARTS.shape])
     angles = np.arange(0.0, 86.0, 1.0)
-    x = MODEL.features(Directions(np.full(86, 45.0), angles, np.full(86, 180.0)))
+    x = MODEL.features(Directions.relative(np.full(86, 45.0), angles, np.full(86, 180.0)))
     shapes, places = PARTS.shape_grid(x, limits)
     assert ((shapes >= limits[:, 0]) & (shapes <= limits[:, 1])).all()
     assert len(np.unique(places, axis=0)) == len(places) == len(np.unique(shapes, axis=0))
@@ -62,7 +62,7 @@ def test_shapes_keep_their_limits_and_cover_them():
 
 def test_a_scan_of_one_direction_has_shapes_too():
     limits = np.array([MODEL.parameter(name).bounds for name in PARTS.shape])
-    x = MODEL.features(Directions([30.0], [30.0], [180.0]))
+    x = MODEL.features(Directions.relative([30.0], [30.0], [180.0]))
     shapes, _ = PARTS.shape_grid(x, limits)
     assert len(shapes) > 0
     assert np.isfinite(shapes).all()

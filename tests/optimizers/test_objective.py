@@ -32,7 +32,7 @@ def points(problem, count, seed=0):
     rng = np.random.default_rng(seed)
     centre = MODEL.to_coordinates(np.array(naive.TIN_FOIL))
     q = centre + 0.1 * rng.standard_normal((count, 6)) * np.array([10.0, 1.0, 10.0, 1.0, 10.0, 10.0])
-    return np.clip(q, problem.lower, problem.upper)
+    return np.clip(q, problem.lower[0], problem.upper[0])
 
 
 def test_values_are_equation_13(problem):
@@ -88,14 +88,16 @@ def test_what_is_not_finite_is_huge(problem):
     assert (gradient == 0.0).all()
 
 
-def test_a_model_that_tells_of_no_structure_is_served_too(problem):
-    plain = NumpyObjective(replace(problem[1], model=replace(MODEL, structure=None)), 1)
+def test_a_model_without_linear_parameters_is_served_too(problem):
+    rows = tuple(replace(row, linear=False) for row in MODEL.parameters)
+    bare = replace(MODEL, structure=None, parameters=rows, homogeneous=False)
+    plain = NumpyObjective(replace(problem[1], model=bare), 1)
     for q in points(problem[1], 3):
         E, gradient = plain.value_and_gradient(q)
         expected, slope = NumpyObjective(problem[1], 1).value_and_gradient(q)
         assert pytest.approx(expected, rel=1e-12) == E
         np.testing.assert_allclose(gradient, slope, rtol=1e-9)
-    with pytest.raises(InputError, match="tells of no linear parameters"):
+    with pytest.raises(InputError, match="has no linear parameters"):
         SeparableObjective(plain)
     found = search_twice(plain, effort=0.01)
     assert [f.optimizer for f in found] == ["least-squares", "evolution"]

@@ -108,7 +108,7 @@ def lattice(function, theta_i=(28.0, 30.0, 33.0), phi=(180.0,)):
     i, r, p = (a.ravel() for a in np.meshgrid(theta_i, np.arange(5.0, 61.0, 5.0), phi, indexing="ij"))
     values = function(i, r, p)
     scan = Scan(i, np.zeros(len(i)), r, p, [500.0], values[:, None])
-    return scan, inverse(Directions(i, r, p))[:, 0]
+    return scan, inverse(Directions.relative(i, r, p))[:, 0]
 
 
 def test_local_slopes_of_a_plane():
@@ -147,7 +147,7 @@ def test_angle_sigma_by_sampling_the_model(theta_i, parameters, tolerance):
     vector = model.vector(parameters)[None, None, :]
 
     def values(i, r, p):
-        return model.brdf(vector, model.features(Directions(i, r, p)))[0]
+        return model.brdf(vector, model.features(Directions.relative(i, r, p)))[0]
 
     i, r = (a.ravel() for a in np.meshgrid(theta_i, np.arange(5.0, 60.0, 0.5), indexing="ij"))
     scan = Scan(i, np.zeros(len(i)), r, np.full(len(i), 180.0), [500.0], values(i, r, 180.0)[:, None])

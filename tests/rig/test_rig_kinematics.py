@@ -48,7 +48,7 @@ def test_forward_agrees_with_rotation_matrices(lamp, turn, pitch):
 @settings(max_examples=2000)
 @given(zenith, zenith, azimuth)
 def test_round_trip(theta_i, theta_r, phi):
-    axes = inverse(Directions(np.array([theta_i]), np.array([theta_r]), np.array([phi])))
+    axes = inverse(Directions.relative(np.array([theta_i]), np.array([theta_r]), np.array([phi])))
     # Where the lamp would stand in front of the detector nothing is measured.
     assume(axes[0, 0, 0] > 1.0)
     for branch in range(2):
@@ -65,14 +65,14 @@ def test_the_other_way_round(lamp, turn, pitch):
     pose = forward(axes[None])
     assume(0.1 < pose.theta_i[0] < 89.9)
     assume(0.1 < pose.theta_r[0] < 89.9)
-    found = inverse(Directions(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i))
+    found = inverse(Directions.relative(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i))
     # Azimuths next to the normal say little about the axes: compare where they do.
     assert np.abs(found[0, 0] - axes).max() < 1e-7
 
 
 @given(zenith, zenith, azimuth)
 def test_second_solution_turns_the_sample_by_half_a_turn(theta_i, theta_r, phi):
-    axes = inverse(Directions(np.array([theta_i]), np.array([theta_r]), np.array([phi])))
+    axes = inverse(Directions.relative(np.array([theta_i]), np.array([theta_r]), np.array([phi])))
     assume(axes[0, 0, 0] > 1.0)
     assert np.array_equal(axes[0, 1], -axes[0, 0])
     first, second = forward(axes[:, 0]), forward(axes[:, 1])
@@ -80,10 +80,10 @@ def test_second_solution_turns_the_sample_by_half_a_turn(theta_i, theta_r, phi):
 
 
 def test_mirror_geometry_by_hand():
-    axes = inverse(Directions(np.array([30.0]), np.array([30.0]), np.array([180.0])))
+    axes = inverse(Directions.relative(np.array([30.0]), np.array([30.0]), np.array([180.0])))
     assert axes[0, 0] == pytest.approx([60.0, 30.0, 0.0], abs=1e-12)
     # Out of plane by 90° at 45°/45°: cos α = 1/2, n = (cos 45°, tan 30° cos 45°, −√(1 − …)).
-    axes = inverse(Directions(np.array([45.0]), np.array([45.0]), np.array([90.0])))
+    axes = inverse(Directions.relative(np.array([45.0]), np.array([45.0]), np.array([90.0])))
     assert axes[0, 0, 0] == pytest.approx(60.0, abs=1e-12)
     assert np.cos(np.deg2rad(axes[0, 0, 1])) * np.cos(np.deg2rad(axes[0, 0, 2])) == pytest.approx(
         np.sqrt(0.5)
@@ -91,5 +91,5 @@ def test_mirror_geometry_by_hand():
 
 
 def test_source_in_the_line_of_sight_has_no_solution():
-    axes = inverse(Directions(np.array([0.0, 30.0]), np.array([0.0, 30.0]), np.array([0.0, 0.0])))
+    axes = inverse(Directions.relative(np.array([0.0, 30.0]), np.array([0.0, 30.0]), np.array([0.0, 0.0])))
     assert np.isnan(axes[..., 0]).all()

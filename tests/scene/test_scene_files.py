@@ -76,7 +76,7 @@ def test_curves(value, expected):
         (("ks = 100", "ks = true"), "surface.parameters.ks: give a number, pairs [nm, value], or"),
         (("ks = 100", "ks = [[500, 1], [400, 2]]"), "increasing wavelengths"),
         (("ks = 100", "ks = { polynomial = [1], center = 2 }"), "parameters.ks.center; did you mean centre?"),
-        (("[surface]", "[surface]\nmodel = 'phong'"), "no model is called 'phong'; there are wang2013"),
+        (("[surface]", "[surface]\nmodel = 'phong'"), "no model is called 'phong'; there are abg"),
         (("[surface]", "[surface]\nterms = ['lobe']"), "'lobe'; there are specular, fresnel, attenuation"),
         (("[surface]", "[surface]\nfile = 'x.h5'"), "file and parameters both say what the surface is"),
         (("[surface]", "precision = 'half'\n[surface]"), "no precision is called 'half'; there are fast"),

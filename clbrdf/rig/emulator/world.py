@@ -151,7 +151,7 @@ class World:
         rim = min(90.0, self.rig.geometry.largest_zenith + RIM)
         if theta_i >= rim or theta_r >= rim or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
             return 0.0
-        directions = Directions(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
+        directions = Directions.relative(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
         return self._surface(directions) * self.rig.geometry.solid_angle * float(cos_deg(theta_r))
 
     def counts(self, seconds: float, began: float) -> npt.NDArray[np.uint16]:
@@ -182,7 +182,9 @@ def _surface(settings: EmulatorSettings, wavelength: Array) -> Callable[[Directi
         return _scan_surface(Scan.open(settings.scan), wavelength)
     model = get_model(settings.model)
     curves = model_curves(settings.parameters)
-    vector = np.atleast_2d(model.vector(curves(wavelength)))[:, None, :]
+    named = curves(wavelength)
+    named |= {row.name: wavelength for row in model.parameters if row.given == "wavelength"}
+    vector = np.atleast_2d(model.vector(named))[:, None, :]
 
     def brdf(directions: Directions) -> Array:
         return np.broadcast_to(model.brdf(vector, model.features(directions))[:, 0], wavelength.shape)

@@ -1,0 +1,1 @@
+"""The models: one page a model, nothing else in this folder."""

@@ -1,0 +1,112 @@
+"""How a scan lies in an NXentry that follows NXoptical_spectroscopy where it fits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf import hdf5, units
+from clbrdf.flags import FLAGS
+from clbrdf.geometry import ANGLES
+from clbrdf.schema import Item, read_items, read_text, text_attribute, text_list_attribute
+
+if TYPE_CHECKING:
+    import h5py
+
+Array = npt.NDArray[np.float64]
+
+MEANINGS = {
+    "theta_i": "incident zenith",
+    "phi_i": "incident azimuth",
+    "theta_r": "view zenith",
+    "phi_r": "view azimuth",
+}
+
+SCHEMA = (
+    *(Item(name, ("N",), units.ANGLE) for name in ANGLES),
+    Item("wavelength", ("W",), units.LENGTH, required=False),
+    Item("brdf", ("N", "W"), units.BRDF),
+    Item("brdf_errors", ("N", "W"), units.BRDF, required=False),
+    Item("flags", ("N", "W"), kind="bits"),
+    Item("solid_angle", ("N",), units.SOLID_ANGLE, required=False),
+    Item("bandpass", ("W",), units.LENGTH, required=False),
+)
+"""Arrays of the NXdata, N directions × W wavelengths or bands."""
+
+POLARISATIONS = ("source_polarisation", "detector_polarisation")
+
+
+def write_frame(
+    entry: h5py.Group,
+    angles: Mapping[str, Array],
+    wavelength: Array,
+    sample_name: str,
+    instrument_name: str,
+    bands: Sequence[str] = (),
+) -> h5py.Group:
+    """Write what a scan says beside its values into an NXentry; return the NXdata that takes the values.
+
+    `angles` holds theta_i, phi_i, theta_r, phi_r, each (N,), degrees. Where there are `bands`, their names
+    stand in the place of wavelengths.
+    """
+    sides = np.unique(np.asarray(angles["theta_r"]) > 90.0)
+    kind = ["reflection", "transmission"][int(sides[0])] if len(sides) == 1 else "reflection and transmission"
+    function = "reflectance" if kind == "reflection" else "scattering"
+    entry["definition"] = "NXoptical_spectroscopy"
+    entry["experiment_type"] = f"{kind} spectroscopy"
+    entry["experiment_sub_type"] = f"bidirectional {function} distribution function"
+    sample = hdf5.group(entry, "sample", "NXsample")
+    sample["name"] = sample_name
+    instrument = hdf5.group(entry, "instrument", "NXinstrument")
+    instrument["name"] = instrument_name
+    instrument["angle_reference_frame"] = "sample-normal centered"
+    data = hdf5.group(entry, "data", "NXdata")
+    data.attrs["signal"] = "brdf"
+    data.attrs["axes"] = [".", "." if bands else "wavelength"]
+    for name in ANGLES:
+        data.attrs[f"{name}_indices"] = 0
+    for name, meaning in MEANINGS.items():
+        hdf5.field(data, name, angles[name], "deg", meaning)
+    if bands:
+        data.attrs["bands"] = list(bands)
+    else:
+        data.attrs["wavelength_indices"] = 1
+        hdf5.field(data, "wavelength", wavelength, "nm", "wavelength")
+    return data
+
+
+def read_frame(entry: h5py.Group) -> dict[str, Any]:
+    """Read an NXentry: the arguments of a scan, by name.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not belong together, of another type, larger than what the file stores, or without
+        a known unit; texts that are none.
+    KeyError
+        Something is missing.
+    """
+    data = entry["data"]
+    arrays = read_items(data, SCHEMA)
+    bands = tuple(text_list_attribute(data, "bands")) if "bands" in data.attrs else ()
+    if not bands and "wavelength" not in arrays:
+        arrays["wavelength"] = read_items(data, [Item("wavelength", ("W",), units.LENGTH)])["wavelength"]
+    names = text_list_attribute(data["flags"], "names") if "names" in data["flags"].attrs else FLAGS
+    return {
+        **{name: arrays[name] for name in ANGLES},
+        "wavelength": arrays.get("wavelength", np.full(len(bands), np.nan)),
+        "brdf": arrays["brdf"],
+        "sigma": arrays.get("brdf_errors"),
+        "flags": arrays["flags"],
+        "flag_names": tuple(names),
+        "sample": read_text(entry["sample"], "name"),
+        "instrument": read_text(entry["instrument"], "name"),
+        "provenance": hdf5.read_mapping(entry, "provenance"),
+        "bands": bands,
+        **{name: text_attribute(entry["instrument"], name, "unknown") for name in POLARISATIONS},
+        "solid_angle": arrays.get("solid_angle"),
+        "bandpass": arrays.get("bandpass"),
+    }

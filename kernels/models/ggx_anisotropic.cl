@@ -1,0 +1,86 @@
+// Written by 'make kernels' from clbrdf/models/library/ggx_anisotropic.py.
+// ggx_anisotropic: GGX facets, anisotropic, Schlick's Fresnel reflectance
+// source: Heitz, J. Comput. Graph. Tech. 3(2) (2014) 48
+
+typedef struct {
+    realv alpha_x;
+    realv alpha_y;
+    realv s1;
+    realv s2;
+    realv s3;
+    realv s4;
+    realv F0;
+    realv F90;
+} model_state;
+
+// What follows from the parameters alone.
+inline model_state model_prepare(const realv *p) {
+    model_state m;
+    m.alpha_x = p[P_alpha_x];
+    m.alpha_y = p[P_alpha_y];
+    m.s1 = m.alpha_x * m.alpha_y;
+    m.s2 = m.alpha_x * m.alpha_x;
+    m.s3 = m.alpha_y * m.alpha_y;
+    m.F0 = p[P_F0];
+    m.F90 = p[P_F90];
+    return m;
+}
+
+// What follows from the incident direction, once for all view directions that share it.
+inline void model_incident(model_state *m, const geometry x) {
+    m->s4 = sqrt((real)1.0 + m->s2 * x.tan2_x_i + m->s3 * x.tan2_y_i);
+}
+
+inline realv model_brdf(const model_state *m, const geometry x) {
+    const realv t1 = (real)1.0 + x.along2 / m->s2 + x.across2 / m->s3;
+    const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
+    return x.front / t2 * (m->F0 * x.less_schlick + m->F90 * x.schlick);
+}
+
+// What the linear parameters multiply; for those on a log scale, the product.
+inline void model_terms(const model_state *m, const geometry x, realv *term) {
+    const realv t1 = (real)1.0 + x.along2 / m->s2 + x.across2 / m->s3;
+    const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
+    const realv t3 = x.front / t2;
+    term[0] = t3 * x.less_schlick;
+    term[1] = t3 * x.schlick;
+}
+
+// f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
+#define TANGENTS 4
+constant int tangent_of[P] = {0, 1, 2, 3};
+
+inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
+    const realv t1 = x.along2 / m->s2;
+    const realv t2 = x.across2 / m->s3;
+    const realv t3 = (real)1.0 + t1 + t2;
+    const realv t4 = t3 * t3;
+    const realv t5 = m->s1 * t4;
+    const realv t6 = sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
+    const realv t7 = m->s4 + t6;
+    const realv t8 = t5 * t7;
+    const realv t9 = x.front / t8;
+    const realv t10 = m->F0 * x.less_schlick + m->F90 * x.schlick;
+    const realv t11 = t10 / t8 * t9;
+    const realv t12 = t11 * t7;
+    const realv t13 = t11 * t5 * (real)0.5;
+    const realv t14 = t13 / t6;
+    const realv t15 = t13 / m->s4;
+    const realv t16 = t12 * t4;
+    const realv t17 = t12 * m->s1 * t3;
+    const realv t18 = -t17 - t17;
+    const realv t19 = (-(t14 * x.tan2_y_r) - t15 * x.tan2_y_i - t18 / m->s3 * t2) * m->alpha_y;
+    const realv t20 = (-(t14 * x.tan2_x_r) - t15 * x.tan2_x_i - t18 / m->s2 * t1) * m->alpha_x;
+    tangent[0] = t20 + t20 - t16 * m->alpha_y;
+    tangent[1] = t19 + t19 - t16 * m->alpha_x;
+    tangent[2] = t9 * x.less_schlick;
+    tangent[3] = t9 * x.schlick;
+    return t9 * t10;
+}
+
+inline void model_factors(const model_state *m, realv *factor) {
+    factor[0] = (realv)(real)1.0;
+    factor[1] = (realv)(real)1.0;
+    factor[2] = (realv)(real)1.0;
+    factor[3] = (realv)(real)1.0;
+}

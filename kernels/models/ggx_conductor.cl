@@ -1,0 +1,158 @@
+// Written by 'make kernels' from clbrdf/models/library/ggx_conductor.py.
+// ggx_conductor: GGX facets of a metal
+// source: Walter et al., Eurographics Symposium on Rendering (2007) 195, doi:10.2312/EGWR/EGSR07/195-206
+
+typedef struct {
+    realv scale;
+    realv alpha;
+    realv s1;
+    realv s2;
+    realv n;
+    realv k;
+    realv s3;
+    realv s4;
+    realv s5;
+    realv s6;
+    realv s7;
+} model_state;
+
+// What follows from the parameters alone.
+inline model_state model_prepare(const realv *p) {
+    model_state m;
+    m.scale = p[P_scale];
+    m.alpha = p[P_alpha];
+    m.s1 = m.alpha * m.alpha;
+    m.n = p[P_n];
+    m.k = p[P_k];
+    m.s3 = m.n * m.n - m.k * m.k;
+    m.s4 = (real)2.0 * m.n;
+    m.s5 = m.s4 * m.k;
+    m.s6 = m.s5 * (real)0.5;
+    m.s7 = m.s5 * m.s5;
+    return m;
+}
+
+// What follows from the incident direction, once for all view directions that share it.
+inline void model_incident(model_state *m, const geometry x) {
+    m->s2 = sqrt((real)1.0 + m->s1 * x.tan2_i);
+}
+
+inline realv model_brdf(const model_state *m, const geometry x) {
+    const realv t1 = m->s1 + x.tan2_h;
+    const realv t2 = m->s1 * x.front / (t1 * t1 * (m->s2 + sqrt((real)1.0 + m->s1 * x.tan2_r)));
+    const realv t3 = m->s3 - x.sin2_d;
+    const realv t4 = (sqrt(t3 * t3 + m->s7) + (t3 < (real)0.0 ? (realv)-t3 : (realv)t3)) * (real)0.5;
+    const realv t5 = sqrt(t4 + (real)1e-30);
+    const realv t6 = m->s6 / t5;
+    const realv t7 = (t3 < (real)0.0 ? (realv)t6 : (realv)t5);
+    const realv t8 = (t3 < (real)0.0 ? (realv)t5 : (realv)t6);
+    const realv t9 = t8 * t8;
+    const realv t10 = t7 * t7 + t9 + x.cos2_d;
+    const realv t11 = (real)2.0 * t7 * x.cos_d;
+    const realv t12 = (t10 - t11) / (t10 + t11);
+    const realv t13 = t7 * x.cos_d;
+    const realv t14 = t13 - x.sin2_d;
+    const realv t15 = t9 * x.cos2_d;
+    const realv t16 = t13 + x.sin2_d;
+    const realv t17 = m->scale * t2 * (real)0.5 * (t12 + t12 * (t14 * t14 + t15) / (t16 * t16 + t15));
+    return t17;
+}
+
+// What the linear parameters multiply; for those on a log scale, the product.
+inline void model_terms(const model_state *m, const geometry x, realv *term) {
+    const realv t1 = m->s1 + x.tan2_h;
+    const realv t2 = m->s1 * x.front / (t1 * t1 * (m->s2 + sqrt((real)1.0 + m->s1 * x.tan2_r)));
+    const realv t3 = m->s3 - x.sin2_d;
+    const realv t4 = (sqrt(t3 * t3 + m->s7) + (t3 < (real)0.0 ? (realv)-t3 : (realv)t3)) * (real)0.5;
+    const realv t5 = sqrt(t4 + (real)1e-30);
+    const realv t6 = m->s6 / t5;
+    const realv t7 = (t3 < (real)0.0 ? (realv)t6 : (realv)t5);
+    const realv t8 = (t3 < (real)0.0 ? (realv)t5 : (realv)t6);
+    const realv t9 = t8 * t8;
+    const realv t10 = t7 * t7 + t9 + x.cos2_d;
+    const realv t11 = (real)2.0 * t7 * x.cos_d;
+    const realv t12 = (t10 - t11) / (t10 + t11);
+    const realv t13 = t7 * x.cos_d;
+    const realv t14 = t13 - x.sin2_d;
+    const realv t15 = t9 * x.cos2_d;
+    const realv t16 = t13 + x.sin2_d;
+    term[0] = t2 * (real)0.5 * (t12 + t12 * (t14 * t14 + t15) / (t16 * t16 + t15));
+}
+
+// f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
+#define TANGENTS 4
+constant int tangent_of[P] = {0, 1, 2, 3};
+
+inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
+    const realv t1 = m->s1 + x.tan2_h;
+    const realv t2 = t1 * t1;
+    const realv t3 = sqrt((real)1.0 + m->s1 * x.tan2_r);
+    const realv t4 = m->s2 + t3;
+    const realv t5 = t2 * t4;
+    const realv t6 = m->s1 * x.front / t5;
+    const realv t7 = m->s3 - x.sin2_d;
+    const realv t8 = sqrt(t7 * t7 + m->s7);
+    const realv t9 = (t8 + (t7 < (real)0.0 ? (realv)-t7 : (realv)t7)) * (real)0.5 + (real)1e-30;
+    const realv t10 = sqrt(t9);
+    const realv t11 = m->s6 / t10;
+    const realv t12 = (t7 < (real)0.0 ? (realv)t11 : (realv)t10);
+    const realv t13 = (t7 < (real)0.0 ? (realv)t10 : (realv)t11);
+    const realv t14 = t13 * t13;
+    const realv t15 = t12 * t12 + t14 + x.cos2_d;
+    const realv t16 = (real)2.0 * t12 * x.cos_d;
+    const realv t17 = t15 + t16;
+    const realv t18 = (t15 - t16) / t17;
+    const realv t19 = t12 * x.cos_d;
+    const realv t20 = t19 - x.sin2_d;
+    const realv t21 = t14 * x.cos2_d;
+    const realv t22 = t20 * t20 + t21;
+    const realv t23 = t19 + x.sin2_d;
+    const realv t24 = t23 * t23 + t21;
+    const realv t25 = t18 * t22 / t24;
+    const realv t26 = t18 + t25;
+    const realv t27 = (real)0.5 * t26;
+    const realv t28 = m->scale * t6 * (real)0.5;
+    const realv t29 = t28 / t24;
+    const realv t30 = t29 * t25;
+    const realv t31 = t30 * t23;
+    const realv t32 = t29 * t18;
+    const realv t33 = t32 * t20;
+    const realv t34 = (t28 + t29 * t22) / t17;
+    const realv t35 = -(t34 * t18);
+    const realv t36 = t35 + t34;
+    const realv t37 = ((-t30 + t32) * x.cos2_d + t36) * t13;
+    const realv t38 = t37 + t37;
+    const realv t39 = t36 * t12;
+    const realv t40 = (-t31 - t31 + t33 + t33) * x.cos_d + (t35 - t34) * x.cos_d * (real)2.0 + t39;
+    const realv t41 = t40 + t39;
+    const realv t42 = (t7 < (real)0.0 ? (realv)(real)0.0 : (realv)t38) + (t7 < (real)0.0 ? (realv)t41 : (realv)(real)0.0);
+    const realv t43 = (t7 < (real)0.0 ? (realv)t38 : (realv)(real)0.0) + (t7 < (real)0.0 ? (realv)(real)0.0 : (realv)t41);
+    const realv t44 = t42 / t10;
+    const realv t45 = (t43 - t44 * t11) * (real)0.5 / t10 * (real)0.5;
+    const realv t46 = (t7 < (real)0.0 ? (realv)(real)0.0 : (realv)t45) - (t7 < (real)0.0 ? (realv)t45 : (realv)(real)0.0);
+    const realv t47 = t45 * (real)0.5 / t8;
+    const realv t48 = t47 * m->s5;
+    const realv t49 = t47 * t7;
+    const realv t50 = t46 + t49 + t49;
+    const realv t51 = t48 + t48 + t44 * (real)0.5;
+    const realv t52 = t50 * m->k;
+    const realv t53 = t50 * m->n;
+    const realv t54 = m->scale * t27 / t5;
+    const realv t55 = t54 * t6;
+    const realv t56 = t55 * t2 * (real)0.5;
+    const realv t57 = t55 * t4 * t1;
+    const realv t58 = -(t56 / t3 * x.tan2_r) - t56 / m->s2 * x.tan2_i + -t57 - t57 + t54 * x.front;
+    const realv t59 = t58 * m->alpha;
+    tangent[0] = t59 + t59;
+    tangent[1] = t51 * m->k * (real)2.0 + t53 + t53;
+    tangent[2] = t51 * m->s4 - t52 - t52;
+    tangent[3] = t6 * t26;
+    return m->scale * t6 * t27;
+}
+
+inline void model_factors(const model_state *m, realv *factor) {
+    factor[0] = (realv)(real)1.0;
+    factor[1] = (realv)(real)1.0;
+    factor[2] = (realv)(real)1.0;
+    factor[3] = (realv)(real)0.5;
+}

@@ -1,0 +1,59 @@
+// Written by 'make kernels' from clbrdf/models/library/minnaert.py.
+// minnaert: Minnaert's law
+// source: Minnaert, Astrophys. J. 93 (1941) 403, doi:10.1086/144279
+
+typedef struct {
+    realv rho;
+    realv s1;
+    realv s2;
+    realv s3;
+    realv s4;
+    realv s5;
+} model_state;
+
+// What follows from the parameters alone.
+inline model_state model_prepare(const realv *p) {
+    model_state m;
+    m.rho = p[P_rho];
+    m.s1 = p[P_k] + (real)1.0;
+    m.s2 = m.rho * m.s1;
+    m.s3 = p[P_k] - (real)1.0;
+    const realv t1 = (real)1.0 / ((real)2.0 * (real)3.141592653589793);
+    m.s4 = t1 * m.s2;
+    m.s5 = t1 * m.s1;
+    return m;
+}
+
+// What follows from the incident direction, once for all view directions that share it.
+inline void model_incident(model_state *m, const geometry x) {
+    (void)m;
+    (void)x;
+}
+
+inline realv model_brdf(const model_state *m, const geometry x) {
+    const realv t1 = m->s2 * exp_lanes(m->s3 * x.log_cosines) / ((real)2.0 * (real)3.141592653589793);
+    return t1;
+}
+
+// What the linear parameters multiply; for those on a log scale, the product.
+inline void model_terms(const model_state *m, const geometry x, realv *term) {
+    const realv t1 = (real)1.0 / ((real)2.0 * (real)3.141592653589793) * exp_lanes(m->s3 * x.log_cosines);
+    term[0] = t1 * m->s1;
+}
+
+// f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
+#define TANGENTS 2
+constant int tangent_of[P] = {0, 1};
+
+inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
+    const realv t1 = exp_lanes(m->s3 * x.log_cosines);
+    const realv t2 = (real)2.0 * (real)3.141592653589793;
+    tangent[0] = t1;
+    tangent[1] = m->s4 * t1 * x.log_cosines + (real)1.0 / t2 * t1 * m->rho;
+    return m->s2 * t1 / t2;
+}
+
+inline void model_factors(const model_state *m, realv *factor) {
+    factor[0] = m->s5;
+    factor[1] = (realv)(real)1.0;
+}
