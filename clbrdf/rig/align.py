@@ -11,8 +11,8 @@ the sums of both, which is what a scan needs: the specular direction where the p
 
 For a reciprocal surface the radiance seen while the sample turns past the mirror position is an even
 function about it, because θi and θr change places; the signal is divided by cosθr for that. It is even in
-the pitch as well. So a peak's centre is that of an even function, ln S = a − b (x − c)² + d (x − c)⁴,
-fitted over a range that is symmetric about it; no shape of lobe is assumed.
+the pitch as well. So a peak's centre is that of an even function of as many terms as it takes, fitted over
+a range that is symmetric about it; no shape of lobe is assumed.
 """
 
 from __future__ import annotations
@@ -26,16 +26,24 @@ import numpy.typing as npt
 from clbrdf.rig.errors import UnmendedError
 
 Array = npt.NDArray[np.float64]
+Reading = tuple[float, float, float]
+"""An angle read back, a signal and its standard uncertainty."""
+
 Measure = Callable[[tuple[float, float, float]], tuple[tuple[float, ...], float, float]]
 """From rig angles (lamp, turn, pitch) to those read back, a signal and its standard uncertainty."""
 
 USED = 0.35
 """Share of its height down to which a peak is fitted."""
 
-FINE_POINTS = 15
+FINE_POINTS = 21
 LEAST_SIGMAS = 8.0
 """A peak stands out of what is around it by at least this many standard deviations."""
 
+GOOD_CHI2 = 2.0
+"""Reduced χ² that a curve through a peak is allowed to have."""
+
+MOST_ORDERS = 6
+ANYWHERE = ((-np.inf, np.inf),) * 3
 POSITION_SIGMA = 2e-4
 """How well one position is known, degrees: half a count of a common rotary stage."""
 
@@ -72,6 +80,8 @@ def align(
     lamps: Sequence[float] = (50.0, 80.0, 110.0),
     reach: float = 3.0,
     step: float = 0.25,
+    position: float = POSITION_SIGMA,
+    limits: Sequence[tuple[float, float]] = ANYWHERE,
 ) -> Alignment:
     """Find the errors of the axes with a glossy sample, or a mirror, in the holder.
 
@@ -91,43 +101,48 @@ def align(
     UnmendedError
         No peak stands out within reach.
     """
+    error = np.zeros(3)
 
-    def along(
-        axis: int, pose: Sequence[float], cosine: bool
-    ) -> Callable[[float], tuple[float, float, float]]:
-        def one(angle: float) -> tuple[float, float, float]:
+    def peak(axis: int, pose: Sequence[float], cosine: bool, nominal: float, what: str) -> Estimate:
+        return find_peak(along(axis, pose, cosine), nominal, reach, step, what, position, limits[axis])
+
+    def along(axis: int, pose: Sequence[float], cosine: bool) -> Callable[[float], Reading]:
+        def one(angle: float) -> Reading:
             place = list(pose)
             place[axis] = angle
             read, value, sigma = measure((place[0], place[1], place[2]))
-            factor = np.cos(np.deg2rad(read[1])) * np.cos(np.deg2rad(read[2])) if cosine else 1.0
+            turn, pitch = np.deg2rad(np.array(read[1:]) + error[1:])
+            factor = float(np.cos(turn) * np.cos(pitch)) if cosine else 1.0
             return read[axis], value / factor, sigma / factor
 
         return one
 
-    lamp_peak = find_peak(along(0, direct, False), direct[0], reach, step, "the direct beam, lamp")
+    lamp_peak = peak(0, direct, False, direct[0], "the direct beam, lamp")
     lamp = Estimate(float(np.copysign(180.0, direct[0])) - lamp_peak.value, lamp_peak.sigma)
+    error[0] = lamp.value
     turns, pitches = [], []
-    turn_at, pitch_at = 0.0, 0.0
-    for angle in lamps:
+    # The first peak is looked for twice: cosθr needs the errors that are looked for.
+    for place, angle in enumerate((lamps[0], *lamps)):
         what = f"the specular peak at lamp {angle:g}°,"
-        # Coarsely first in both, because a peak may lie beside the plane.
-        nominal = angle / 2.0 + turn_at
-        if not turns:
-            pitch_at = _coarse(along, angle, nominal, reach, step, what)
-        pose = (angle, nominal, pitch_at)
-        turn = find_peak(along(1, pose, True), nominal, reach, step, f"{what} turn")
-        pose = (angle, turn.value, pitch_at)
-        pitch = find_peak(along(2, pose, True), pitch_at, reach, step, f"{what} pitch")
-        turn_at, pitch_at = turn.value - angle / 2.0, pitch.value
-        turns.append(Estimate(angle / 2.0 - turn.value, turn.sigma))
-        pitches.append(Estimate(-pitch.value, pitch.sigma))
+        nominal = (angle + error[0]) / 2.0 - error[1]
+        if place == 0:
+            # Coarsely first in both, because a peak may lie beside the plane.
+            error[2] = -_coarse(along, angle, nominal, reach, step, what)
+        pose = (angle, nominal, -error[2])
+        turn = peak(1, pose, True, nominal, f"{what} turn")
+        pose = (angle, turn.value, -error[2])
+        pitch = peak(2, pose, True, -error[2], f"{what} pitch")
+        error[1], error[2] = (angle + error[0]) / 2.0 - turn.value, -pitch.value
+        if place:
+            turns.append(Estimate(angle / 2.0 - turn.value, turn.sigma))
+            pitches.append(Estimate(-pitch.value, pitch.sigma))
     mean, chi2 = _mean(turns)
     turn = Estimate(mean.value + lamp.value / 2.0, float(np.hypot(mean.sigma, lamp.sigma / 2.0)))
     return Alignment(lamp, turn, _mean(pitches)[0], chi2)
 
 
 def _coarse(
-    along: Callable[..., Callable[[float], tuple[float, float, float]]],
+    along: Callable[..., Callable[[float], Reading]],
     lamp: float,
     turn: float,
     reach: float,
@@ -152,7 +167,13 @@ def _coarse(
 
 
 def find_peak(
-    one: Callable[[float], tuple[float, float, float]], nominal: float, reach: float, step: float, what: str
+    one: Callable[[float], Reading],
+    nominal: float,
+    reach: float,
+    step: float,
+    what: str,
+    position: float = POSITION_SIGMA,
+    limits: tuple[float, float] = (-np.inf, np.inf),
 ) -> Estimate:
     """Find the centre of a peak along one axis, degrees.
 
@@ -164,13 +185,18 @@ def find_peak(
         Where to look, degrees.
     what : str
         For the message where there is none.
+    position : float
+        Standard uncertainty of one position, degrees.
+    limits : (float, float)
+        How far the axis may go, degrees.
 
     Raises
     ------
     UnmendedError
         No peak stands out within reach, or it lies at its edge.
     """
-    coarse = np.array([one(nominal + offset) for offset in _offsets(reach, step)])
+    low, high = limits
+    coarse = np.array([one(angle) for angle in nominal + _offsets(reach, step) if low <= angle <= high])
     angles, values, sigmas = coarse.T
     top = int(np.argmax(values))
     floor = float(np.min(values))
@@ -185,8 +211,10 @@ def find_peak(
         raise UnmendedError(_nothing(what, reach))
     estimate = Estimate(centre, step)
     for _ in range(2):
-        fine = np.array([one(estimate.value + x) for x in np.linspace(-width, width, FINE_POINTS)])
-        estimate = fit_centre(*fine.T, estimate.value)
+        # Symmetric about the centre, also where a limit is near.
+        room = min(width, high - estimate.value, estimate.value - low)
+        fine = np.array([one(estimate.value + x) for x in np.linspace(-room, room, FINE_POINTS)])
+        estimate = fit_centre(fine[:, 0], fine[:, 1], fine[:, 2], estimate.value, position)
     return estimate
 
 
@@ -202,38 +230,47 @@ def _offsets(reach: float, step: float) -> Array:
     return np.arange(-count, count + 1) * step
 
 
-def fit_centre(angles: Array, values: Array, sigmas: Array, start: float) -> Estimate:
-    """Return the centre of ln S = a − b (x − c)² + d (x − c)⁴, weighted by the signal's uncertainty.
+def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, position: float) -> Estimate:
+    """Return the centre c of an even function, ln S = Σ_k a_k (x − c)^2k, weighted by what is uncertain.
 
-    The uncertainty of the positions enters through the slope. Where the scatter about the curve is larger
-    than what was stated, so is the uncertainty of the centre.
+    The order is the lowest whose χ² is no longer large; where none is, the uncertainty of the centre is
+    widened. `position` is the standard uncertainty of each angle, degrees; it enters through the slope.
     """
     from scipy.optimize import least_squares
 
     good = values > 3.0 * sigmas
-    x, logs, relative = angles[good], np.log(values[good]), sigmas[good] / values[good]
+    x, logs, relative = angles[good] - start, np.log(values[good]), sigmas[good] / values[good]
     span = float(np.ptp(x)) / 2.0 or 1.0
-    guess = np.polyfit((x - start) / span, logs, 2, w=1.0 / relative)
+    estimate, excess = Estimate(start, span), np.inf
+    for order in range(2, MOST_ORDERS + 1):
+        powers = np.arange(order + 1, dtype=np.float64)
+        noise, guess = relative, np.zeros(order + 2)
+        guess[1] = float(logs.max())
+        for _ in range(3):
 
-    def curve(p: Array) -> Array:
-        t = ((x - start) / span - p[1]) ** 2
-        return np.asarray(p[0] - p[2] * t + p[3] * t**2)
+            def residuals(p: Array, noise: Array = noise, powers: Array = powers) -> Array:
+                model = (((x / span - p[0]) ** 2)[:, None] ** powers) @ p[1:]
+                out: Array = (logs - model) / noise
+                return out
 
-    def slope(p: Array) -> Array:
-        u = (x - start) / span - p[1]
-        return np.asarray((-2.0 * p[2] * u + 4.0 * p[3] * u**3) / span)
-
-    first = np.array([logs.max(), 0.0, max(-float(guess[0]), 1e-3), 0.0])
-    noise = relative
-    for _ in range(2):
-        found = least_squares(lambda p, noise=noise: (logs - curve(p)) / noise, first)
-        first = found.x
-        noise = np.hypot(relative, POSITION_SIGMA * slope(first))
-    freedom = max(1, len(x) - 4)
-    excess = max(1.0, float(2.0 * found.cost) / freedom)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac)
-    sigma = span * float(np.sqrt(covariance[1, 1] * (excess if excess > 2.5 else 1.0)))
-    return Estimate(start + span * float(found.x[1]), sigma)
+            found = least_squares(residuals, guess, method="lm")
+            guess = np.asarray(found.x)
+            u = (x / span - guess[0])[:, None]
+            slope = ((2.0 * powers[1:] * u ** (2 * powers[1:] - 1)) @ guess[2:]) / span
+            noise = np.hypot(relative, position * slope)
+        freedom = len(x) - len(guess)
+        if freedom < 3:
+            break
+        jacobian = np.asarray(found.jac, dtype=np.float64)
+        covariance = np.linalg.pinv(jacobian.T @ jacobian)
+        excess = float(2.0 * found.cost) / freedom
+        widening = np.sqrt(excess) if excess > GOOD_CHI2 else 1.0
+        estimate = Estimate(
+            start + span * float(guess[0]), span * float(np.sqrt(covariance[0, 0])) * widening
+        )
+        if excess < GOOD_CHI2:
+            break
+    return estimate
 
 
 def _mean(estimates: Sequence[Estimate]) -> tuple[Estimate, float]:

@@ -24,6 +24,7 @@ from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
+from clbrdf.rig.lamplines import corrected
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.planner import FixedRoute, Planner
 from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
@@ -251,6 +252,7 @@ def _connect(instruments: Instruments) -> dict[str, str]:
     spectrometer, settings = instruments.spectrometer, instruments.rig.spectrometer
     wavelength = spectrometer.get_wavelengths()
     check_wavelengths(wavelength)
+    wavelength = corrected(wavelength, settings.wavelength_correction)
     full_scale = min(spectrometer.full_scale, settings.full_scale or spectrometer.full_scale)
     nonlinearity = spectrometer.get_nonlinearity_coefficients()
     check_nonlinearity(nonlinearity, full_scale)

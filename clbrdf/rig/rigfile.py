@@ -192,6 +192,8 @@ class SpectrometerSettings(Settings):
         Share of full scale above which a count is taken for saturated.
     shutter_time : float
         From the shutter's command until it is open or closed for good, s.
+    wavelength_correction : (float, float) or ()
+        Offset in nm, and nm per nm from 550 nm, to add to the spectrometer's wavelengths.
     least_signal : float
         How many times its noise the direct beam has to be, in the median over the pixels used.
     """
@@ -204,6 +206,7 @@ class SpectrometerSettings(Settings):
     full_scale: Annotated[int, Field(ge=1, le=2**32 - 1)] | None = None
     margin: Annotated[float, Field(gt=0.1, le=1.0)] = 0.95
     shutter_time: Annotated[float, Field(ge=0.0, le=60.0)] = 0.2
+    wavelength_correction: tuple[()] | tuple[float, float] = ()
     least_signal: Annotated[float, Field(ge=3.0)] = 10.0
 
 
