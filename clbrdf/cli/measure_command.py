@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.cli.live_view import live_view
 from clbrdf.cli.options import Overwrite
 from clbrdf.errors import InputError
+from clbrdf.progress import Report, silent
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
 from clbrdf.rig.interrupt import StopRequest
+from clbrdf.rig.live import Snapshot
 from clbrdf.rig.measure import Outcome, measure
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import Rig, load_rig
@@ -50,13 +55,15 @@ def command(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
+    live: Annotated[bool, Parameter(negative="")] = False,
     budget: Path | None = None,
     overwrite: Overwrite = False,
 ) -> int:
     """Run a measurement plan and write the absolute scan, raw counts included.
 
     While it runs, rows are safe in the folder OUTPUT.run. Ctrl-C once finishes the exchange and stops;
-    twice stops at once, with lamp shutter and stages made safe. --resume goes on after any stop.
+    twice stops at once, with lamp shutter and stages made safe. --resume goes on after any stop. Ctrl-Z
+    pauses after the point; 'fg' goes on, with a check point first.
 
     Parameters
     ----------
@@ -70,6 +77,8 @@ def command(
         go on with an interrupted measurement
     dry_run
         only print points, reachable share and estimated time
+    live
+        show each point as it comes: its spectrum, its value, and the time left
     budget
         budget file (TOML) for the uncertainties; the paper's budget if not given
     """
@@ -78,7 +87,7 @@ def command(
         return 0
     if output is None:
         raise InputError("no output file; add -o scan.h5, or --dry-run to see the plan")
-    with progress_bar("measuring") as report, StopRequest(_tell_stop) as stop:
+    with _watching(live) as (report, snapshot), StopRequest(_tell_stop, _tell_pause) as stop:
         try:
             outcome = measure(
                 plan,
@@ -92,6 +101,7 @@ def command(
                 check=stop.check,
                 ask=make_ask(stop.check),
                 pause=stop.pause,
+                live=snapshot,
             )
         except StoppedError:
             folder = run_folder(output)
@@ -141,6 +151,21 @@ def _verdict(outcome: Outcome) -> int:
 def _tell_stop() -> None:
     # Only async-signal-safe work here: a print could meet a print.
     os.write(2, b"\nstopping after this exchange; once more to stop at once\n")
+
+
+def _tell_pause() -> None:
+    os.write(2, b"\npausing after this point; 'fg' goes on\n")
+
+
+@contextmanager
+def _watching(live: bool) -> Iterator[tuple[Report, Callable[[Snapshot], None] | None]]:
+    """Give what shows progress: a bar, or the running measurement itself."""
+    if live:
+        with live_view() as show:
+            yield silent, show
+    else:
+        with progress_bar("measuring") as report:
+            yield report, None
 
 
 def _show(event: Event) -> None:

@@ -62,6 +62,17 @@ MOST_DARK_LIGHTS = 3
 """How often a spectrum below its dark is taken again before a person has to look."""
 
 
+def undisturbed(make_safe: Callable[[], None]) -> bool:
+    """Nobody asks for a pause."""
+    del make_safe
+    return False
+
+
+def ignore(row: Row) -> None:
+    """Nobody watches."""
+    del row
+
+
 @dataclass
 class Freshness:
     """A dark or reference row, how many rows have used it, when and how warm it was."""
@@ -89,7 +100,10 @@ class Acquisition:
     check : callable
         Called between exchanges; raises `StoppedError` where the user wants to stop.
     pause : callable
-        Called between points; True where it has waited, and the rig may have been touched meanwhile.
+        Called between points with what makes the rig safe; True where it has waited, and the rig may have
+        been touched meanwhile.
+    seen : callable
+        Told each point as it is committed.
     """
 
     def __init__(
@@ -101,7 +115,8 @@ class Acquisition:
         log: EventLog,
         window: slice,
         check: Callable[[], None],
-        pause: Callable[[], bool] = lambda: False,
+        pause: Callable[[Callable[[], None]], bool] = undisturbed,
+        seen: Callable[[Row], None] = ignore,
     ) -> None:
         self.instruments = instruments
         self.settings = instruments.rig.spectrometer
@@ -112,6 +127,7 @@ class Acquisition:
         self.window = window
         self.check = check
         self.pause = pause
+        self.seen = seen
         spectrometer = instruments.spectrometer
         times = ladder(plan, spectrometer.shortest, spectrometer.longest)
         self.exposer = Exposer(spectrometer, self.settings, times, plan.scans, window, log, check)
@@ -139,7 +155,7 @@ class Acquisition:
         total = self.planner.total or 0
         report(len(self.store.points), total)
         while (target := self.planner.ask()) is not None:
-            if self.pause():
+            if self.pause(partial(self.exposer.set_shutter, False)):
                 self.check_due = self.store.brightest is not None
                 self.darks.clear()
                 self.exposer.forget()
@@ -202,6 +218,7 @@ class Acquisition:
     def _commit(self, row: Row) -> None:
         self.store.append(row)
         self.planner.tell(row)
+        self.seen(row)
 
     def _skipped(self, target: Target) -> Row:
         counts = np.zeros(self.instruments.spectrometer.pixels, np.uint32)

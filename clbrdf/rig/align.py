@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -227,7 +228,7 @@ def _nothing(what: str, reach: float) -> str:
 
 def _offsets(reach: float, step: float) -> Array:
     count = int(np.ceil(reach / step))
-    return np.arange(-count, count + 1) * step
+    return np.asarray(np.arange(-count, count + 1) * step, dtype=np.float64)
 
 
 def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, position: float) -> Estimate:
@@ -250,8 +251,7 @@ def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, positi
 
             def residuals(p: Array, noise: Array = noise, powers: Array = powers) -> Array:
                 model = (((x / span - p[0]) ** 2)[:, None] ** powers) @ p[1:]
-                out: Array = (logs - model) / noise
-                return out
+                return cast(Array, (logs - model) / noise)
 
             found = least_squares(residuals, guess, method="lm")
             guess = np.asarray(found.x)

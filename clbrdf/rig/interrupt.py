@@ -61,11 +61,15 @@ class StopRequest:
         self.is_pausing = True
         self.told_pause()
 
-    def pause(self) -> bool:
-        """Stop the process where a pause was asked for, until it is continued; say whether it was."""
+    def pause(self, make_safe: Callable[[], None]) -> bool:
+        """Stop the process where a pause was asked for, until it is continued; say whether it was.
+
+        `make_safe` is called before it stops.
+        """
         if not self.is_pausing:
             return False
         self.is_pausing = False
+        make_safe()
         signal.raise_signal(signal.SIGSTOP)
         return True
 

@@ -17,7 +17,7 @@ from clbrdf.errors import InputError
 from clbrdf.files import check_output
 from clbrdf.hdf5 import first_line
 from clbrdf.progress import Report, silent
-from clbrdf.rig.acquire import CHANGED, Acquisition
+from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate, grid_and_weights, save_calibrated
 from clbrdf.rig.connection import nobody
@@ -25,12 +25,13 @@ from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.lamplines import corrected
+from clbrdf.rig.live import Live, Snapshot
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.planner import FixedRoute, Planner
 from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
-from clbrdf.rig.row import DIRECT, SKIPPED
+from clbrdf.rig.row import DIRECT, SKIPPED, Row
 from clbrdf.rig.sanity import check_nonlinearity, check_wavelengths
 from clbrdf.rig.segment import Columns, read_header, read_rows
 from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
@@ -71,13 +72,26 @@ class Outcome:
     changes: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Hooks:
+    """What a measurement calls while it runs; as `measure` takes them."""
+
+    report: Report
+    check: Callable[[], None]
+    ask: Callable[[str], str]
+    pause: Callable[[Callable[[], None]], bool]
+    live: Callable[[Snapshot], None] | None
+
+    def seen(self, plan: Plan, rig: Rig, store: Store, budget: Budget) -> Callable[[Row], None]:
+        """Return what is told each point as it is committed."""
+        if self.live is None:
+            return ignore
+        total = int(store.header["points"] or 0)
+        return Live(plan, rig, store, total, budget, self.live).point
+
+
 def never() -> None:
     """Nobody asks to stop."""
-
-
-def undisturbed() -> bool:
-    """Nobody asks for a pause."""
-    return False
 
 
 def measure(
@@ -92,7 +106,8 @@ def measure(
     show: Callable[[Event], None] | None = None,
     check: Callable[[], None] = never,
     ask: Callable[[str], str] = nobody,
-    pause: Callable[[], bool] = undisturbed,
+    pause: Callable[[Callable[[], None]], bool] = undisturbed,
+    live: Callable[[Snapshot], None] | None = None,
 ) -> Outcome:
     """Measure a plan on a rig and write the absolute scan.
 
@@ -115,7 +130,9 @@ def measure(
     ask : callable
         Puts a question to a person and returns the answer, for what is done by hand.
     pause : callable
-        Called between points; True where it has waited.
+        Called between points with what makes the rig safe; True where it has waited.
+    live : callable, optional
+        Told each point, calibrated, as it comes.
 
     Raises
     ------
@@ -154,7 +171,7 @@ def measure(
         log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
         for reason, count in route.unreachable.items():
             log.add("rig", "left out", f"{count} points {reason}")
-        _acquire(plan, rig, FixedRoute(route), folder, log, report, check, ask, pause)
+        _acquire(plan, rig, FixedRoute(route), folder, log, Hooks(report, check, ask, pause, live), chosen)
         raw = join(folder)
         calibrated = calibrate(raw, chosen)
         try:
@@ -213,10 +230,8 @@ def _acquire(
     planner: Planner,
     folder: Path,
     log: EventLog,
-    report: Report,
-    check: Callable[[], None],
-    ask: Callable[[str], str],
-    pause: Callable[[], bool],
+    hooks: Hooks,
+    budget: Budget,
 ) -> None:
     """Connect and measure what is missing."""
     store = Store(folder, {**_header(plan, rig), "points": str(planner.total or "")}, rig.storage.keep_free)
@@ -224,14 +239,17 @@ def _acquire(
         planner.tell(row)
     if planner.ask() is None and store.last is not None and store.last.kind == DIRECT:
         return
-    instruments = make_instruments(rig, log, check, ask)
+    instruments = make_instruments(rig, log, hooks.check, hooks.ask)
     try:
         store.header.update(_connect(instruments))
         _check_same_spectrometer(store)
         wavelength = np.array(json.loads(store.header["wavelength"]))
         window = _window(wavelength, plan, instruments.spectrometer.is_discrete)
-        acquisition = Acquisition(instruments, plan, planner, store, log, window, check, pause)
-        acquisition.run(report)
+        seen = hooks.seen(plan, rig, store, budget)
+        acquisition = Acquisition(
+            instruments, plan, planner, store, log, window, hooks.check, hooks.pause, seen
+        )
+        acquisition.run(hooks.report)
         instruments.stages.park()
     except InstrumentError as error:
         if not segments(folder):

@@ -120,6 +120,8 @@ class EmulatedStages:
         self.axes = {}
         for name in AXES:
             stage = getattr(settings, name)
+            if not hasattr(stage, "address"):  # an axis of another driver
+                continue
             low, high = stage.raw_limits
             axis = Axis(stage.address, 20.0, 80.0, low - HARD_MARGIN, high + HARD_MARGIN)
             axis.defaults = {"VA": 20.0, "AC": 80.0, "SL": low - HARD_MARGIN, "SR": high + HARD_MARGIN}
@@ -132,6 +134,9 @@ class EmulatedStages:
         angles = []
         for name in AXES:
             stage = getattr(self.settings, name)
+            if not hasattr(stage, "address"):
+                angles.append(0.0)
+                continue
             axis = self.axes[stage.address]
             axis.update(now)
             angles.append(stage.from_raw(axis.position(now)) + stage.sign * axis.deviation)
