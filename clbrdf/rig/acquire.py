@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.progress import Report
+from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import (
     InstrumentError,
     LimitReachedError,
@@ -34,13 +35,16 @@ from clbrdf.rig.lampwatch import LampWatch
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.planner import Planner, Target
 from clbrdf.rig.repeatability import compare
+from clbrdf.rig.route import panel_pose
 from clbrdf.rig.row import (
     CHECK,
     DARK,
     DIRECT,
     DISAGREE,
     NO_ROW,
+    PANEL,
     POINT,
+    REFERENCES,
     RUNG,
     SATURATED,
     SKIPPED,
@@ -104,6 +108,8 @@ class Acquisition:
         been touched meanwhile.
     seen : callable
         Told each point as it is committed.
+    ask : callable
+        Puts a question to a person, who changes panel and sample.
     """
 
     def __init__(
@@ -117,6 +123,7 @@ class Acquisition:
         check: Callable[[], None],
         pause: Callable[[Callable[[], None]], bool] = undisturbed,
         seen: Callable[[Row], None] = ignore,
+        ask: Callable[[str], str] = nobody,
     ) -> None:
         self.instruments = instruments
         self.settings = instruments.rig.spectrometer
@@ -128,6 +135,7 @@ class Acquisition:
         self.check = check
         self.pause = pause
         self.seen = seen
+        self.ask = ask
         spectrometer = instruments.spectrometer
         times = ladder(plan, spectrometer.shortest, spectrometer.longest)
         self.exposer = Exposer(spectrometer, self.settings, times, plan.scans, window, log, check)
@@ -161,7 +169,7 @@ class Acquisition:
                 self.exposer.forget()
             self._surely(f"point {target.number}", partial(self._take, target))
             report(len(self.store.points), total)
-        if self.store.last is None or self.store.last.kind != DIRECT:
+        if self.store.last is None or self.store.last.kind not in REFERENCES:
             # What happened since the last incident power shows in one at the end.
             self._surely("closing direct beam", self._take_direct)
 
@@ -238,13 +246,20 @@ class Acquisition:
         )
 
     def _take_direct(self) -> None:
-        """Measure the incident power: the lamp straight into the detector."""
-        axes = np.array(self.instruments.rig.geometry.direct)
+        """Measure the incident power: the lamp straight into the detector, or the panel in its place."""
+        panel = self.instruments.rig.geometry.panel
+        if panel is None:
+            kind, axes = DIRECT, np.array(self.instruments.rig.geometry.direct)
+        else:
+            kind, axes = PANEL, panel_pose(self.instruments.rig)
+            self.ask("put the reference panel in place of the sample, then press Enter")
         try:
-            row = self._record(DIRECT, NO_ROW, axes, self.exposer.times[0], NO_ROW, may_grow=True)
+            row = self._record(kind, NO_ROW, axes, self.exposer.times[0], NO_ROW, may_grow=True)
         except LimitReachedError as error:
-            raise StalledError(f"{error}; the direct beam cannot be measured") from error
+            raise StalledError(f"{error}; the incident power cannot be measured") from error
         self._check_direct(row)
+        if panel is not None:
+            self.ask("put the sample back, then press Enter")
         self._compare_direct(row)
         self.lamp.accept(row.reference_power)
         self.reference = Freshness(self.store.append(row))
@@ -319,7 +334,7 @@ class Acquisition:
             before = self.lamp.wait()
             self.check()
             exposure = self.exposer.expose(start, self.is_automatic if may_grow is None else may_grow)
-            hdr = self.plan.hdr if kind in (POINT, DIRECT) else 0
+            hdr = self.plan.hdr if kind in (POINT, *REFERENCES) else 0
             rungs = self.exposer.longer(exposure, hdr)
             power = (before + self.lamp.measure()) / 2.0
             self.instruments.stages.check_ready()

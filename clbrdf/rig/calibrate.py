@@ -24,9 +24,10 @@ from clbrdf.geometry import cos_deg
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.exposure import saturation_limit
 from clbrdf.rig.kinematics import forward
+from clbrdf.rig.panel import panel_share
 from clbrdf.rig.planfile import WavelengthGrid
 from clbrdf.rig.rawscan import RawScan, write_raw
-from clbrdf.rig.row import DISAGREE, NO_ROW, ROW_FLAGS, SKIPPED
+from clbrdf.rig.row import DISAGREE, NO_ROW, PANEL, ROW_FLAGS, SKIPPED
 from clbrdf.rig.uncertainty import (
     MEDIAN_OF_THREE,
     angle_sigma,
@@ -203,7 +204,7 @@ def _fill(
     direct = table["direct"][rows]
     signal, variance = _rates(raw, rows)
     unique, back = np.unique(direct, return_inverse=True)
-    incident, incident_variance = (values[back] for values in _rates(raw, unique))
+    incident, incident_variance = (values[back] for values in _incident(raw, unique))
     power = table["reference_power"]
     carried = (power[direct] / power[rows])[:, None]
     # A pixel without incident light says nothing about reflection there.
@@ -223,6 +224,32 @@ def _fill(
     full_pixels = is_full(raw, rows) | is_full(raw, direct)
     flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
     flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
+
+
+def _incident(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return the incident power P_i of (2), counts per second, (n, P), and its variance.
+
+    The direct beam is it; a panel's signal is divided by what the panel sends of it to the detector.
+    """
+    rate, variance = _rates(raw, rows)
+    here = np.nonzero(raw.rows["kind"][rows] == PANEL)[0]
+    if len(here):
+        panel = raw.rig.geometry.panel
+        assert panel is not None
+        axes = np.asarray(raw.rows["axes"][rows[here]], dtype=np.float64)
+        low, high = panel_window(raw)
+        share = np.ones((len(here), len(raw.wavelength)))
+        share[:, low:high] = panel_share(panel, axes, raw.wavelength[low:high], raw.rig.geometry.solid_angle)
+        rate[here] /= share
+        variance[here] /= share**2
+    return rate, variance
+
+
+def panel_window(raw: RawScan) -> tuple[int, int]:
+    """Pixels that the plan's wavelengths use: a panel's table need not reach farther."""
+    _, weights = grid_and_weights(raw.wavelength, raw.plan.wavelength, raw.is_discrete)
+    used = np.nonzero(weights.sum(axis=0))[0]
+    return int(used[0]), int(used[-1]) + 1
 
 
 def is_full(raw: RawScan, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
@@ -284,6 +311,8 @@ def _with_budget(
         reading = raw.rig.reference.noise * np.sqrt(MEDIAN_OF_THREE / 2.0)
         parts["reference"], kinds["reference"] = size * reading, "point"
         parts["incident power"] = np.hypot(parts["incident power"], size * reading)
+    if raw.rig.geometry.panel is not None:
+        parts["panel"], kinds["panel"] = size * raw.rig.geometry.panel.uncertainty, "scale"
     if budget.points.angle:
         axes = np.where(skipped[:, None], 0.0, raw.rows["axes"][rows])
         parts["angle"], kinds["angle"] = angle_sigma(scan, axes, budget.points.angle), "point"

@@ -31,7 +31,7 @@ from clbrdf.rig.planner import FixedRoute, Planner
 from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
-from clbrdf.rig.row import DIRECT, SKIPPED, Row
+from clbrdf.rig.row import REFERENCES, SKIPPED, Row
 from clbrdf.rig.sanity import check_nonlinearity, check_wavelengths
 from clbrdf.rig.segment import Columns, read_header, read_rows
 from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
@@ -237,7 +237,7 @@ def _acquire(
     store = Store(folder, {**_header(plan, rig), "points": str(planner.total or "")}, rig.storage.keep_free)
     for row in store.points:
         planner.tell(row)
-    if planner.ask() is None and store.last is not None and store.last.kind == DIRECT:
+    if planner.ask() is None and store.last is not None and store.last.kind in REFERENCES:
         return
     instruments = make_instruments(rig, log, hooks.check, hooks.ask)
     try:
@@ -247,7 +247,7 @@ def _acquire(
         window = _window(wavelength, plan, instruments.spectrometer.is_discrete)
         seen = hooks.seen(plan, rig, store, budget)
         acquisition = Acquisition(
-            instruments, plan, planner, store, log, window, hooks.check, hooks.pause, seen
+            instruments, plan, planner, store, log, window, hooks.check, hooks.pause, seen, hooks.ask
         )
         acquisition.run(hooks.report)
         instruments.stages.park()

@@ -18,6 +18,7 @@ from pydantic import Field, SerializeAsAny, create_model, model_validator
 from clbrdf.errors import InputError
 from clbrdf.rig.drivers import axis_of, connection_of, get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
+from clbrdf.rig.panel import PanelSettings, load_panel
 from clbrdf.rig.zones import Zone
 from clbrdf.tomlfile import Settings, load_toml
 
@@ -248,6 +249,8 @@ class GeometrySettings(Settings):
         edge-on: there the incident power of (2) is measured.
     lamp_shadow : float
         The lamp stands in the detector's view when |α| is below this, degrees.
+    panel : PanelSettings or None
+        A reference panel that gives the incident power instead; a person puts it in.
     largest_zenith : float
         Beyond it the holder's rim shadows the sample, degrees.
     """
@@ -256,6 +259,7 @@ class GeometrySettings(Settings):
     direct: tuple[Angle, Angle, Angle] = (180.0, 90.0, 0.0)
     lamp_shadow: Annotated[float, Field(gt=0.0, lt=90.0)] = 5.0
     largest_zenith: Annotated[float, Field(gt=0.0, lt=90.0)] = 85.0
+    panel: PanelSettings | None = None
 
 
 class StorageSettings(Settings):
@@ -416,6 +420,10 @@ def load_rig(path: str | Path) -> Rig:
                 changed[role] = part.model_copy(update=part.located(folder))
             except ValueError as error:
                 raise InputError(f"{path}: {role}.{error}") from error
+    panel = rig.geometry.panel
+    if panel is not None:
+        table = panel.model_copy(update={"table": load_panel(folder / panel.file)})
+        changed["geometry"] = rig.geometry.model_copy(update={"panel": table})
     emulator = rig.emulator
     if emulator is not None and emulator.scan:
         changed["emulator"] = emulator.model_copy(update={"scan": str(folder / emulator.scan)})

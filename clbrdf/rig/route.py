@@ -94,6 +94,24 @@ def plan_route(plan: Plan, rig: Rig) -> Route:
     )
 
 
+def panel_pose(rig: Rig) -> Array:
+    """Return the rig angles (3,), degrees, at which the reference panel is measured.
+
+    Raises
+    ------
+    InputError
+        The axes cannot reach it.
+    """
+    panel = rig.geometry.panel
+    assert panel is not None
+    directions = Directions.relative(panel.theta_i, panel.theta_r, panel.phi)
+    candidates, reasons = reachable(directions, rig)
+    usable = candidates[0][~np.isnan(candidates[0, :, 0])]
+    if not len(usable):
+        raise InputError(f"geometry.panel cannot be measured at its angles: they are {reasons[0]}")
+    return np.asarray(usable[0], dtype=np.float64)
+
+
 def reachable(directions: Directions, rig: Rig) -> tuple[Array, npt.NDArray[np.str_]]:
     """Return solutions (N, 2, 3) with NaN for those out of reach, and the reason (N,), "" if one is left."""
     candidates = np.round(inverse(directions), 4)
