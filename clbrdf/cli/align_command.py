@@ -22,7 +22,8 @@ from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.interrupt import StopRequest
 from clbrdf.rig.lamplines import MIDDLE, Correction, find_correction
 from clbrdf.rig.lightmeter import LightMeter
-from clbrdf.rig.rigfile import AXES, Rig, load_rig
+from clbrdf.rig.rigfile import Rig, load_rig
+from clbrdf.rig.stagesettings import AXES
 from clbrdf.rig.terminal import make_ask
 
 INTERRUPTED = 130

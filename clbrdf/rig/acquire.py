@@ -10,7 +10,6 @@ once, with words for it.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,6 +21,7 @@ import numpy.typing as npt
 
 from clbrdf.progress import Report
 from clbrdf.rig.connection import nobody
+from clbrdf.rig.darks import Darks
 from clbrdf.rig.errors import (
     InstrumentError,
     LimitReachedError,
@@ -38,7 +38,6 @@ from clbrdf.rig.repeatability import compare
 from clbrdf.rig.route import panel_pose
 from clbrdf.rig.row import (
     CHECK,
-    DARK,
     DIRECT,
     DISAGREE,
     NO_ROW,
@@ -78,13 +77,11 @@ def ignore(row: Row) -> None:
 
 
 @dataclass
-class Freshness:
-    """A dark or reference row, how many rows have used it, when and how warm it was."""
+class InUse:
+    """The row of the incident power, and how many rows have used it."""
 
     row: int
     used: int = 0
-    began: float = 0.0
-    temperature: float = math.nan
 
 
 class Acquisition:
@@ -141,8 +138,8 @@ class Acquisition:
         self.exposer = Exposer(spectrometer, self.settings, times, plan.scans, window, log, check)
         self.lamp = LampWatch(instruments.reference, instruments.rig.reference, log, check, store.base_power)
         self.is_automatic = plan.integration_time == "auto"
-        self.darks: dict[float, Freshness] = {}
-        self.reference: Freshness | None = None
+        self.darks = Darks(instruments.spectrometer, self.exposer, plan, store, check)
+        self.reference: InUse | None = None
         # A resumed measurement cannot know what was done to the rig meanwhile.
         self.check_due = store.brightest is not None
         self.must_home = False
@@ -165,7 +162,7 @@ class Acquisition:
         while (target := self.planner.ask()) is not None:
             if self.pause(partial(self.exposer.set_shutter, False)):
                 self.check_due = self.store.brightest is not None
-                self.darks.clear()
+                self.darks.forget()
                 self.exposer.forget()
             self._surely(f"point {target.number}", partial(self._take, target))
             report(len(self.store.points), total)
@@ -262,7 +259,7 @@ class Acquisition:
             self.ask("put the sample back, then press Enter")
         self._compare_direct(row)
         self.lamp.accept(row.reference_power)
-        self.reference = Freshness(self.store.append(row))
+        self.reference = InUse(self.store.append(row))
 
     def _check_direct(self, row: Row) -> None:
         if row.flags & SATURATED:
@@ -341,7 +338,7 @@ class Acquisition:
             moment = now_text()
             temperature = self.instruments.spectrometer.get_temperature()
             axes = np.array(positions)
-            dark = self._dark(exposure, axes, power, temperature)
+            dark = self.darks.row_for(exposure, axes, power, temperature)
             row = Row(
                 kind,
                 point,
@@ -361,7 +358,7 @@ class Acquisition:
             if not is_below_dark(light, below, row.scans, self.settings):
                 return self._with_rungs(row, rungs) if rungs else row
             self.log.add("spectrometer", "light below dark", f"by {float((below - light).mean()):.3g} counts")
-            self.darks.clear()
+            self.darks.forget()
             self.exposer.forget()
         raise UnmendedError(
             "spectrometer: spectra with the shutter open are darker than those with it closed; see whether"
@@ -372,7 +369,7 @@ class Acquisition:
         """Commit the longer exposures of a row and return the row with its chain, the longest last in it."""
         place, flags = NO_ROW, row.flags
         for exposure in reversed(rungs):
-            dark = self._dark(exposure, row.axes, row.reference_power, row.temperature)
+            dark = self.darks.row_for(exposure, row.axes, row.reference_power, row.temperature)
             longer = Row(
                 RUNG,
                 row.point,
@@ -404,46 +401,3 @@ class Acquisition:
         text = f"{row.integration_time:g} s and {longer.integration_time:g} s: {result}"
         self.log.add("spectrometer", "rungs disagree", text)
         return False
-
-    def _dark(
-        self, exposure: Exposure, axes: npt.NDArray[np.float64], power: float, temperature: float
-    ) -> int:
-        """Return the row of a dark spectrum of this integration time that is fresh enough."""
-        fresh = self.darks.get(exposure.seconds)
-        if fresh is None or not self._is_fresh(fresh, temperature):
-            self.exposer.set_shutter(False)
-            self.check()
-            dark = self.exposer.take(exposure.seconds)
-            now = self.instruments.spectrometer.get_temperature()
-            self.exposer.set_shutter(True)
-            if dark.saturated:
-                raise UnmendedError(
-                    f"spectrometer: a dark spectrum of {dark.seconds:g} s is saturated; see whether the"
-                    " shutter closes, or plan a shorter longest_time"
-                )
-            row = Row(
-                DARK,
-                NO_ROW,
-                now_text(),
-                axes,
-                power,
-                dark.seconds,
-                NO_ROW,
-                NO_ROW,
-                0,
-                dark.counts,
-                scans=dark.scans,
-                temperature=now,
-            )
-            place = self.store.append(row)
-            fresh = self.darks[exposure.seconds] = Freshness(place, 0, time.monotonic(), now)
-        fresh.used += 1
-        return fresh.row
-
-    def _is_fresh(self, dark: Freshness, temperature: float) -> bool:
-        """Say whether a dark still serves: by age, by the detector's temperature, by rows if so planned."""
-        if time.monotonic() - dark.began > self.plan.dark_time:
-            return False
-        if abs(temperature - dark.temperature) > self.plan.dark_drift:  # False where either is NaN
-            return False
-        return self.plan.dark_every is None or dark.used < self.plan.dark_every

@@ -19,7 +19,8 @@ from clbrdf.rig.connection import nobody
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.lightmeter import Light, LightMeter
-from clbrdf.rig.rigfile import AXES, Rig
+from clbrdf.rig.rigfile import Rig
+from clbrdf.rig.stagesettings import AXES
 
 SOURCE = "clbrdf"
 

@@ -22,8 +22,8 @@ from clbrdf.rig.errors import (
     UnmendedError,
 )
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.rig.rigfile import AXES, StageSettings, StagesSettings
 from clbrdf.rig.roles import Motion, Stage, StageGroup, StageStatus
+from clbrdf.rig.stagesettings import AXES, StageSettings, StagesSettings
 from clbrdf.rig.zones import find_legs
 
 MARGIN = 2.0

@@ -11,7 +11,8 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.rig.kinematics import inverse
 from clbrdf.rig.planfile import Plan
-from clbrdf.rig.rigfile import AXES, Rig, StageSettings
+from clbrdf.rig.rigfile import Rig
+from clbrdf.rig.stagesettings import AXES, StageSettings
 from clbrdf.rig.zones import is_inside
 from clbrdf.tomlfile import Settings
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clbrdf.rig.emulator.world import Clock
-from clbrdf.rig.rigfile import AXES, StagesSettings
+from clbrdf.rig.stagesettings import AXES, StagesSettings
 
 END = b"\r\n"
 NUMBER = re.compile(r"-?\d+(\.\d+)?")
