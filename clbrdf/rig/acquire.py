@@ -265,7 +265,7 @@ class Acquisition:
         if row.flags & SATURATED:
             raise UnmendedError(
                 f"the direct beam saturates the spectrometer at {row.integration_time:g} s;"
-                " put a filter into the beam or allow a shorter_time in the plan"
+                " put a filter into the beam, or plan a smaller shortest_time"
             )
         light, dark = self._scan(row), self._scan(self.store.dark_of(row))
         ratio = signal_to_noise(light, dark, row.scans, self.settings)
