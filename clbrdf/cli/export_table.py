@@ -110,9 +110,9 @@ def in_rgb(scan: Scan, illuminant: str) -> Scan:
         raise InputError(f"the scan has the bands {', '.join(scan.bands)} already; leave --rgb out")
     weights = rgb_weights(scan.wavelength, illuminant)
     assert scan.flags is not None
-    masked = for_other_reasons(scan.flags).any(axis=1)
-    values = np.maximum(np.where(masked[:, None], np.nan, scan.brdf @ weights.T), 0.0)
-    missing = np.repeat(masked[:, None], 3, axis=1).astype(np.uint32)  # bit 0: not measured
+    masked = np.asarray(for_other_reasons(scan.flags).any(axis=1), dtype=np.bool_)
+    values = np.maximum(np.where(masked.reshape(-1, 1), np.nan, scan.brdf @ weights.T), 0.0)
+    missing = np.repeat(masked.reshape(-1, 1), 3, axis=1).astype(np.uint32)  # bit 0: not measured
     return replace(
         scan, wavelength=np.full(3, np.nan), bands=("R", "G", "B"), brdf=values, sigma=None, flags=missing,
         flag_names=FLAGS, bandpass=None,
