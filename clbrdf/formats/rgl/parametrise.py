@@ -22,7 +22,7 @@ what a program that reads them computes. Decision 0070.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.formats.rgl.coordinates import azimuth_of, horizon, reflected, zenith_coordinate, zenith_of
 from clbrdf.formats.rgl.material import LARGEST_INCIDENT, Material, Places, projected
-from clbrdf.formats.rgl.tables import Tables
+from clbrdf.formats.rgl.tables import Single, Tables
 from clbrdf.formats.rgl.values import Reader
 from clbrdf.formats.rgl.warp import Warp
 
@@ -137,7 +137,7 @@ def make_tables(material: Material, layout: Layout, profile: Array, bands: Place
         luminance[k] = np.maximum(needed, LEAST_LUMINANCE * needed.max())
     sigma = np.cos(np.minimum(zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES)), np.deg2rad(89.0)))
 
-    def tables(sigma: Array) -> Tables:
+    def tables(sigma: Array, spectra: Single, wavelength: Single | None) -> Tables:
         area = sigma.astype(np.float32)
         grid = np.linspace(0.0, 1.0, SIGMA_NODES)
         scale = np.interp(zenith_coordinate(theta_i), grid, area).astype(np.float32)
@@ -150,12 +150,15 @@ def make_tables(material: Material, layout: Layout, profile: Array, bands: Place
             vndf=vndf[None],
             luminance=luminance[None],
             spectra=(spectra * scale[:, None, None, None])[None],
-            wavelength=None
-            if material.wavelength is None
-            else material.wavelength[chosen].astype(np.float32),
+            wavelength=wavelength,
         )
 
-    return tables(sigma / _gains(material, chosen, tables(sigma), warp))
+    # Gains are those of a few bands, whatever the file holds.
+    few = np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), GAIN_BANDS)).round().astype(np.intp))
+    numbers = np.arange(1, len(few) + 1, dtype=np.float32)
+    sigma = sigma / _gains(material, chosen[few], tables(sigma, spectra[:, few], numbers), warp)
+    wavelength = None if material.wavelength is None else material.wavelength[chosen].astype(np.float32)
+    return tables(sigma, spectra, wavelength)
 
 
 def _density(material: Material, theta_i: float) -> Array:
@@ -207,16 +210,12 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
 
     The weighted median of truth over value, which makes the sum of absolute errors the smallest.
     """
-    few = np.unique(np.linspace(0, len(bands) - 1, min(len(bands), GAIN_BANDS)).round().astype(np.intp))
+    reader = Reader(tables)
     shares = (np.arange(GAIN_SAMPLES) + 0.5) / GAIN_SAMPLES
     theta_i = tables.theta_i.astype(np.float64)
     grid = zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES))
     inside = np.flatnonzero((grid > theta_i[0]) & (grid < theta_i[-1]))
     out = np.ones(SIGMA_NODES)
-    # Only a few bands are read, whatever the file holds.
-    spectra = tables.spectra[:, :, few]
-    numbers = np.arange(1, len(few) + 1, dtype=np.float32)
-    reader = Reader(replace(tables, spectra=spectra, wavelength=numbers))
     for part in np.array_split(inside, max(1, len(inside) // GAIN_BLOCK)):
         views = []
         for incident in grid[part]:
@@ -227,7 +226,7 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
             angles = np.full(seen.sum(), incident), np.arccos(cosine[seen]), phi[seen]
             views.append(np.rad2deg(np.stack(angles)))
         incidents, zeniths, azimuths = np.concatenate(views, axis=1)
-        truth = material.brdf(incidents, zeniths, azimuths, bands[few]).sum(axis=1)
+        truth = material.brdf(incidents, zeniths, azimuths, bands).sum(axis=1)
         value = reader.brdf(incidents, zeniths, azimuths).sum(axis=1)
         ends = np.cumsum([view.shape[1] for view in views])[:-1]
         for j, t, v in zip(part, np.split(truth, ends), np.split(value, ends), strict=True):

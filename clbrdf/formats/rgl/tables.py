@@ -149,7 +149,7 @@ def _from_fields(fields: Mapping[str, npt.NDArray[Any]]) -> Tables:
         wanted.append("wavelengths")
     missing = [name for name in wanted if name not in fields]
     if missing:
-        there = ", ".join(fields) or "nothing"
+        there = ", ".join(repr(name) for name in list(fields)[:12]) or "nothing"
         raise InputError(f"has no field {missing[0]!r}, which a material has; it holds {there}")
     for name in wanted:
         kind = np.uint8 if name == "jacobian" else np.float32
@@ -158,8 +158,10 @@ def _from_fields(fields: Mapping[str, npt.NDArray[Any]]) -> Tables:
     if fields["jacobian"].size != 1:
         raise InputError(f"field 'jacobian' has {fields['jacobian'].size} values; one is read")
     text = fields.get("description", np.zeros(0, np.uint8))
+    if text.dtype != np.uint8:
+        raise InputError(f"field 'description' is of type {text.dtype}, and a text of uint8 is read")
     return Tables(
-        description=text.astype(np.uint8).tobytes().decode("utf-8", "replace").strip(),
+        description=text.tobytes().decode("utf-8", "replace").strip(),
         **{name: fields[name] for name in ("phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance")},
         spectra=fields[values],
         wavelength=fields.get("wavelengths") if values == "spectra" else None,

@@ -40,9 +40,9 @@ def test_the_tolerance_is_kept(name, tolerance):
 
 def test_a_smaller_tolerance_takes_a_larger_file():
     material = spectral(MATERIALS["tin foil"])
-    sizes = [export_material(material, tolerance).tables.spectra.size for tolerance in (0.05, 0.01, 0.003)]
+    sizes = [export_material(material, tolerance).tables.spectra.size for tolerance in (0.05, 0.02, 0.008)]
     assert sizes == sorted(sizes)
-    assert sizes[0] < sizes[2] / 4
+    assert sizes[0] < sizes[2] / 3
 
 
 def test_nodes_hold_the_brdf():
@@ -75,7 +75,7 @@ def test_a_lambertian_surface_is_almost_exact():
     assert made.rounds == 1
     # ρ/π, over θr up to 85°: the kink at the horizon is all that is left, on a grid of 20 × 20.
     assert made.accuracy.reached < 0.015
-    assert export_material(spectral(lambert(0.5)), 0.001).accuracy.reached < 0.001
+    assert export_material(spectral(lambert(0.5)), 0.003).accuracy.reached <= 0.003
 
 
 def test_a_lobe_of_a_tenth_of_a_degree():

@@ -74,6 +74,8 @@ def assign(value, *index):
         (put("spectra", lambda a: a[:, :, :2]), "2 spectra do not agree"),
         (put("wavelengths", lambda a: a[::-1]), "'wavelengths' does not increase"),
         (put("wavelengths", assign(-5.0, 0)), "'wavelengths' does not increase from above 0"),
+        (put("description", lambda a: np.full(3, np.nan)), "field 'description' is of type float64"),
+        (lambda fields: fields.update({"a\nb": fields.pop("ndf")}), r"it holds .*'a\\nb'"),
         (put("jacobian", lambda a: np.zeros(2, np.uint8)), "field 'jacobian' has 2 values"),
     ],
 )
