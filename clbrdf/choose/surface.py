@@ -8,7 +8,6 @@ import numpy as np
 
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
-from clbrdf.scene.checks import reflectance_of, worst_exchange
 
 MOST_WAVELENGTHS = 8
 MOST_ANGLES = 4
@@ -26,6 +25,9 @@ class Behaviour:
 
 def behaviour(fit: Fit) -> Behaviour:
     """Return figures of a fit; NaN where no wavelength has parameters."""
+    # Here, so that `import clbrdf` does not load scenes and pydantic with them.
+    from clbrdf.scene.checks import reflectance_of, worst_exchange
+
     good = np.flatnonzero(np.isfinite(fit.vector).all(axis=1))
     if not len(good):
         return Behaviour(float("nan"), float("nan"), float("nan"))
