@@ -69,6 +69,11 @@ def command(
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
+    if report is not None and report.is_dir():
+        from clbrdf.viz.report import FILES
+
+        for name in FILES:
+            check_output(report / name, overwrite)
     count, fixed = _count(wavelengths), _fixed(fix)
     measured, chosen_device = Scan.open(scan), choose_device(device)
     if report is not None and measured.bands:

@@ -96,6 +96,16 @@ def test_two_incident_angles_are_refused(run, tmp_path):
     assert "fit one model with 'clbrdf fit'" in err
 
 
+def test_an_existing_report_is_told_before_the_work(run, scan_file, tmp_path):
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "report.html").write_text("mine")
+    words = ("--models", "lambert", "-o", tmp_path / "fit.h5", "--report", tmp_path / "report")
+    status, _, err = run("choose", scan_file, *words)
+    assert status == 2
+    assert "report.html: exists already" in err
+    assert not (tmp_path / "fit.h5").exists()
+
+
 def test_an_existing_file_is_kept(run, scan_file, tmp_path):
     (tmp_path / "fit.h5").write_text("mine")
     status, _, err = run("choose", scan_file, "-o", tmp_path / "fit.h5")
