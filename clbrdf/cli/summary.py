@@ -161,6 +161,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
         ["device", fit.device],
     ]
+    for text in shared_words(fit):
+        lines.insert(2, ["shared", text])
     if "left_out" in fit.provenance:
         lines.append(["left out", fit.provenance["left_out"]])
     if np.isfinite(fit.seconds):
@@ -173,6 +175,18 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         lines.insert(2 + k, ["next better" if k else "for the rtol", text])
     print_table("", ("fit", ""), lines, left=2)
     _print_remarks(fit)
+
+
+def shared_words(fit: Fit) -> list[str]:
+    """Return what is one number for all wavelengths, with its error bar, a line each."""
+    out = []
+    for name in fit.shared:
+        good = np.flatnonzero(np.isfinite(fit.parameters[name]))
+        if len(good):
+            value, sigma = fit.parameters[name][good[0]], fit.sigma[name][good[0]]
+            bar = f" ± {sigma:.2g}" if np.isfinite(sigma) else ""
+            out.append(f"{name} = {number(float(value), 5)}{bar}, one number for all wavelengths")
+    return out
 
 
 def _print_remarks(fit: Fit) -> None:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, read_only
-from clbrdf.models import Model, get_model
+from clbrdf.models import Model, remade
 from clbrdf.scan import Scan
 
 if TYPE_CHECKING:
@@ -82,6 +82,9 @@ class Fit:
     seed : int
     given : tuple of str
         Parameters that were not fitted: fixed, or the wavelength itself. They have no uncertainty (NaN).
+    shared : tuple of str
+        Parameters that are one number for all wavelengths, fitted to all of them together; `starts` and
+        `agreeing` then count walks to the joint optimum.
     provenance : mapping of str to str
         Program version, settings, hash of the input.
     tolerance : tuple of str
@@ -113,6 +116,7 @@ class Fit:
     device: str
     seed: int
     given: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
     tolerance: tuple[str, ...] = ()
     seconds: float = float("nan")
@@ -199,6 +203,7 @@ def _write(fit: Fit, group: h5py.Group) -> None:
         group[name] = getattr(fit, name)
     group["model"] = fit.model.name
     group["given"] = list(fit.given)
+    group["shared"] = list(fit.shared)
     group["seed"] = fit.seed
     data = hdf5.group(group, "parameters", "NXdata")
     data.attrs["signal"] = fit.model.names[0]
@@ -221,8 +226,8 @@ def _write(fit: Fit, group: h5py.Group) -> None:
 
 def _read(entry: h5py.Group) -> Fit:
     group = entry["fit"]
-    model = get_model(hdf5.read_text(group, "model"))
     data = group["parameters"]
+    model = _model_of(hdf5.read_text(group, "model"), data)
     arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
     names = [str(name) for name in group["status"].attrs["names"]]
     return Fit(
@@ -230,7 +235,8 @@ def _read(entry: h5py.Group) -> Fit:
         model=model,
         parameters={name: data[name][()] for name in model.names},
         sigma={name: data[f"{name}_errors"][()] for name in model.names},
-        given=tuple(text.decode() for text in group["given"][()]) if "given" in group else (),
+        given=_names(group, "given"),
+        shared=_names(group, "shared"),
         remarks=tuple(text.decode() for text in group["remarks"][()]),
         status=np.array([names[code] for code in group["status"][()]]),
         method=hdf5.read_text(group, "method"),
@@ -239,3 +245,31 @@ def _read(entry: h5py.Group) -> Fit:
         provenance=hdf5.read_mapping(group, "provenance"),
         **arrays,
     )
+
+
+def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
+    """Names that a file of an earlier version does not hold."""
+    return tuple(text.decode() for text in group[name][()]) if name in group else ()
+
+
+def _model_of(name: str, data: h5py.Group) -> Model:
+    """Return the model of a file by its name.
+
+    Raises
+    ------
+    InputError
+        It is a page of one's own that is not found, or that has changed its parameters.
+    """
+    try:
+        model = remade(name)
+    except InputError as error:
+        raise InputError(
+            f"its model {name!r} cannot be made: {error}. If a page of your own is part of it, name the folder of"
+            " that page in the environment variable CLBRDF_MODELS"
+        ) from error
+    missing = [row for row in model.names if row not in data]
+    if missing:
+        raise InputError(
+            f"its model {name!r} had other parameters when it was fitted: {missing[0]} is not in the file"
+        )
+    return model
