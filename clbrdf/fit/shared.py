@@ -10,9 +10,9 @@ share of themselves; "none" trusts all alike in 1/sr, so that bright wavelengths
 
 For given values of the shared parameters the wavelengths fall apart, and the others are fitted by the usual
 search. F so becomes a function of the few shared coordinates alone, the profile. It is looked up on a grid (a
-low-discrepancy set for more than two); from its lowest valleys damped Gauss–Newton goes to a stationary point. The system
-of all coordinates is arrow-shaped: the step and the error bars come from the Schur complement of the blocks
-of the wavelengths.
+low-discrepancy set for more than two); from its lowest valleys a damped quasi-Newton walk leads
+to a stationary point. The system of all coordinates is arrow-shaped: first curvature and error bars come from
+the Schur complement of the blocks of the wavelengths.
 
 Source: Björck, Numerical Methods for Least Squares Problems (1996), section 6.3 (block angular systems);
 Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413 (the others eliminated).
@@ -239,7 +239,10 @@ class _Profile:
         return replace(point, converged=np.zeros_like(point.converged))
 
     def _descended(self, point: _Point) -> tuple[_Point, bool]:
-        """Damped Gauss–Newton on the profile; the end, and whether it is stationary."""
+        """Damped quasi-Newton on the profile, from JᵀJ; the end, and whether it is stationary.
+
+        Where residuals are large, JᵀJ alone is far from the curvature, and its steps crawl.
+        """
         damping = 1e-4
         pull, system, spread = self._reduced(point)
         for _ in range(MOST_STEPS):
@@ -261,8 +264,10 @@ class _Profile:
             trial_s = np.clip(s + step, self.lower, self.upper)
             trial = self.followed(point, spread(trial_s - s), trial_s)
             if trial.total < point.total:
+                before, moved = pull, trial_s - s
                 point, damping = trial, max(damping / 5.0, 1e-12)
-                pull, system, spread = self._reduced(point)
+                pull, fresh, spread = self._reduced(point)
+                system = updated(system, moved, pull - before, fresh)
             else:
                 point = replace(point, evaluations=trial.evaluations)
                 damping *= 10.0
@@ -294,6 +299,15 @@ class _Profile:
         energy, _, _ = normal_equations(self.problem, q)
         evaluations = np.full(len(q), spent + 1, dtype=np.int64)
         return _Point(q.copy(), energy, converged, evaluations, float(self.share @ energy))
+
+
+def updated(system: Array, step: Array, change: Array, fresh: Array) -> Array:
+    """Return the curvature (S, S) after a step that changed half the gradient: BFGS, or JᵀJ where that fails."""
+    along = system @ step
+    told, known = float(step @ change), float(step @ along)
+    if not (known > 0.0 and told > 1e-3 * known):
+        return fresh
+    return np.asarray(system + np.outer(change, change) / told - np.outer(along, along) / known)
 
 
 LEAST_EIGENVALUE = 1e-13
