@@ -228,16 +228,19 @@ def given_parameters(
     """
     fix = model.by_full_name(fix)
     w, out = len(scan.wavelength), {}
+    missing = [row for row in model.parameters if row.given == "user" and row.name not in fix]
+    if missing:
+        told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
+        first = missing[0].name
+        raise InputError(
+            f"model {model.name} needs {told}; fix each: fix={{{first!r}: ...}}, or --fix {first}=VALUE or"
+            f" {first}=FILE.csv on the command line"
+        )
     for row in model.parameters:
         if row.given == "wavelength" and row.name not in fix:
             out[row.name] = np.array(scan.wavelength)
             continue
         if row.name not in fix:
-            if row.given == "user":
-                raise InputError(
-                    f"model {model.name} needs {row.name} ({row.meaning}); fix it: fix={{{row.name!r}: ...}},"
-                    f" or --fix {row.name}=VALUE or {row.name}=FILE.csv on the command line"
-                )
             continue
         values = np.asarray(fix[row.name], dtype=np.float64)
         if values.shape not in ((), (1,), (w,)):
