@@ -25,6 +25,7 @@ from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
+from clbrdf.models import DEFAULT_MODEL
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.viz.curves import save_figure
@@ -61,7 +62,7 @@ def command(
     if png is not None and what not in ("accuracy", "optimizers"):
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
     if what == "fit" and options is not None:
-        check_unused(replace(options, full=False), what)
+        check_unused(replace(options, full=False, model=DEFAULT_MODEL), what)
     elif what != "optimizers":
         check_unused(options, what)
     chosen = choose_device(device)
@@ -74,7 +75,9 @@ def command(
     elif what == "grids":
         content = bench_grids(chosen)
     elif what == "fit":
-        content = bench_fit(chosen, full=bool(options and options.full))
+        content = bench_fit(
+            chosen, bool(options and options.full), options.model if options else DEFAULT_MODEL
+        )
     else:
         content = bench_references()
     if json is not None:

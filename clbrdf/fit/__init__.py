@@ -114,9 +114,9 @@ def fit(
     Raises
     ------
     InputError
-        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed or
-        shared parameter that the model does not have, one that is both, or one that has to be fixed and is
-        not; shared parameters together with `smooth` or `rtol`;
+        Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
+        or shared parameter that the model does not have, one that is both, or one that has to be fixed and
+        is not; shared parameters together with `smooth` or `rtol`;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.

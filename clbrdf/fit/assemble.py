@@ -49,7 +49,8 @@ def assemble(
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
     `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
-    wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is the reading of `time.perf_counter` when the fit began.
+    wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
+    the reading of `time.perf_counter` when the fit began.
     """
     w = len(scan.wavelength)
     limits = model.coordinate_bounds(bounds)

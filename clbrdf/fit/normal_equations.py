@@ -1,4 +1,4 @@
-"""E at every wavelength with its gradient and JᵀJ by the coordinates, in NumPy: for fits that tie wavelengths."""
+"""E at every wavelength with its gradient and JᵀJ, in NumPy: for fits that tie wavelengths."""
 
 from __future__ import annotations
 

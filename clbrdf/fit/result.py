@@ -206,13 +206,14 @@ def _write(fit: Fit, group: h5py.Group) -> None:
     group["shared"] = list(fit.shared)
     group["seed"] = fit.seed
     data = hdf5.group(group, "parameters", "NXdata")
-    data.attrs["signal"] = fit.model.names[0]
-    data.attrs["auxiliary_signals"] = list(fit.model.names[1:])
+    keys = [_key(name) for name in fit.model.names]
+    data.attrs["signal"], data.attrs["auxiliary_signals"] = keys[0], keys[1:]
     data.attrs["axes"] = ["wavelength"]
     hdf5.field(data, "wavelength", fit.wavelength, "nm", "wavelength")
     for row in fit.model.parameters:
-        hdf5.field(data, row.name, fit.parameters[row.name], row.unit, row.meaning)
-        hdf5.field(data, f"{row.name}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
+        key = _key(row.name)
+        hdf5.field(data, key, fit.parameters[row.name], row.unit, row.meaning)
+        hdf5.field(data, f"{key}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
     for name in ARRAYS:
         if name == "status":
@@ -233,8 +234,8 @@ def _read(entry: h5py.Group) -> Fit:
     return Fit(
         scan=Scan.read(entry),
         model=model,
-        parameters={name: data[name][()] for name in model.names},
-        sigma={name: data[f"{name}_errors"][()] for name in model.names},
+        parameters={name: data[_key(name)][()] for name in model.names},
+        sigma={name: data[f"{_key(name)}_errors"][()] for name in model.names},
         given=_names(group, "given"),
         shared=_names(group, "shared"),
         remarks=tuple(text.decode() for text in group["remarks"][()]),
@@ -245,6 +246,11 @@ def _read(entry: h5py.Group) -> Fit:
         provenance=hdf5.read_mapping(group, "provenance"),
         **arrays,
     )
+
+
+def _key(name: str) -> str:
+    """Name of a parameter in the file, where "wavelength" is the axis."""
+    return "wavelength_of_model" if name == "wavelength" else name
 
 
 def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
@@ -264,10 +270,10 @@ def _model_of(name: str, data: h5py.Group) -> Model:
         model = remade(name)
     except InputError as error:
         raise InputError(
-            f"its model {name!r} cannot be made: {error}. If a page of your own is part of it, name the folder of"
-            " that page in the environment variable CLBRDF_MODELS"
+            f"its model {name!r} cannot be made: {error}. If a page of your own is part of it, name its folder in"
+            " the environment variable CLBRDF_MODELS"
         ) from error
-    missing = [row for row in model.names if row not in data]
+    missing = [row for row in model.names if _key(row) not in data]
     if missing:
         raise InputError(
             f"its model {name!r} had other parameters when it was fitted: {missing[0]} is not in the file"

@@ -5,8 +5,8 @@ What is minimised is the sum of (13) over directions and wavelengths,
     F = Σ_w Σ_n g_nw (f_nw(p_shared, p_w) − m_nw)² = Σ_w E_w Σ_n g_nw m_nw²,
 
 with the weights g as they are given. Weights say how uncertain values are beside each other, and that holds
-across wavelengths as within one: "sigma" makes F the χ² of all values; "relative" trusts all values alike to a
-share of themselves; "none" trusts all alike in 1/sr, so that bright wavelengths count for more.
+across wavelengths as within one: "sigma" makes F the χ² of all values; "relative" trusts all values alike to
+a share of themselves; "none" trusts all alike in 1/sr, so that bright wavelengths count for more.
 
 For given values of the shared parameters the wavelengths fall apart, and the others are fitted by the usual
 search. F so becomes a function of the few shared coordinates alone, the profile. It is looked up on a grid (a
@@ -181,13 +181,13 @@ class _Profile:
         return np.asarray(self.lower + unit * self.span)
 
     def given(self, s: Array) -> Problem:
-        """The problem with the shared coordinates given."""
+        """Return the problem with the shared coordinates given."""
         lower, upper = self.problem.lower.copy(), self.problem.upper.copy()
         lower[:, self.places], upper[:, self.places] = s, s
         return replace(self.problem, lower=lower, upper=upper, free=tuple(self.local.tolist()))
 
     def searched(self, s: Array, way: Method | None = None, rules: Any = None) -> _Point:
-        """The others searched from nothing, by the fit's own method if no other is named."""
+        """Search the others from nothing, by the fit's own method if no other is named."""
         problem = self.given(s)
         if not len(self.local):
             return self._judged(problem.lower, np.ones(self.problem.size[0], dtype=np.bool_), 0)
@@ -199,7 +199,7 @@ class _Profile:
         return _Point(found.coordinates, found.objective, found.converged, found.evaluations, total)
 
     def followed(self, point: _Point, step: Array, s: Array) -> _Point:
-        """The others polished from where a step of the whole system leads them, and from where they are."""
+        """Polish the others from where a step of the whole system leads them, and from where they are."""
         problem = self.given(s)
         if not len(self.local):
             return self._judged(problem.lower, point.converged, 0)
@@ -302,7 +302,7 @@ class _Profile:
 
 
 def updated(system: Array, step: Array, change: Array, fresh: Array) -> Array:
-    """Return the curvature (S, S) after a step that changed half the gradient: BFGS, or JᵀJ where that fails."""
+    """Return the curvature (S, S) after a step and its change of half the gradient: BFGS, else JᵀJ."""
     along = system @ step
     told, known = float(step @ change), float(step @ along)
     if not (known > 0.0 and told > 1e-3 * known):
@@ -315,7 +315,10 @@ LEAST_EIGENVALUE = 1e-13
 
 
 def inverse_of(blocks: Array, free: npt.NDArray[np.bool_]) -> Array:
-    """Inverses (W, L, L) of positive blocks over what is free (W, L), without directions hidden by rounding."""
+    """Return inverses (W, L, L) of positive blocks over what is free (W, L).
+
+    Directions that rounding hides are left out.
+    """
     diagonal = np.diagonal(blocks, axis1=1, axis2=2)
     usable = free & (diagonal > 0.0)
     scale = np.where(usable, 1.0 / np.sqrt(np.where(usable, diagonal, 1.0)), 0.0)

@@ -1,12 +1,12 @@
 """Error bars where some parameters are one number for all wavelengths.
 
-As `clbrdf.fit.uncertainty`, for the system of all wavelengths. With J the derivatives at a wavelength by its own
-parameters, K those by the shared ones, T = (JᵀGJ)⁻¹ JᵀGK and U = K − J T, the shared ones deviate by
+As `clbrdf.fit.uncertainty`, for the system of all wavelengths. With J the derivatives at a wavelength by its
+own parameters, K those by the shared ones, T = (JᵀGJ)⁻¹ JᵀGK and U = K − J T, the shared ones deviate by
 
     δ = S⁻¹ Σ_w UᵀG ε_w,  S = Σ_w UᵀGU,
 
-and the others at a wavelength by (JᵀGJ)⁻¹ JᵀG ε_w − T δ. Where the scan gives σ, that is the spread of ε; else it is
-taken as s_w²/g with s_w² = Σ g r² / (N − P) of each wavelength, so that one that fits badly says less.
+and the others at a wavelength by (JᵀGJ)⁻¹ JᵀG ε_w − T δ. Where the scan gives σ, that is the spread of ε;
+else it is taken as s_w²/g with s_w² = Σ g r² / (N − P) of each wavelength, so that one that fits badly says less.
 
 Source: Björck, Numerical Methods for Least Squares Problems (1996), section 6.3.
 """

@@ -25,15 +25,17 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
     Raises
     ------
     InputError
-        File missing or no text; a line that is not two numbers; a wavelength given twice; a spectrum that does
-        not cover the wavelengths.
+        File missing or no text; a line that is not two numbers; a wavelength given twice; a spectrum that
+        does not cover the wavelengths.
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; a spectrum is a CSV file of wavelength in nm, value")
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError):
-        raise InputError(f"{path}: cannot be read as text; give a CSV file of wavelength in nm, value") from None
+        raise InputError(
+            f"{path}: cannot be read as text; give a CSV file of wavelength in nm, value"
+        ) from None
     values: dict[float, float] = {}
     heading_may_come = True
     for number, cells in enumerate(csv.reader(lines), start=1):
@@ -45,7 +47,9 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
             continue
         heading_may_come = False
         if numbers is None:
-            raise InputError(f"{path}, line {number}: {','.join(cells)!r} is not a wavelength in nm and a value")
+            raise InputError(
+                f"{path}, line {number}: {','.join(cells)!r} is not a wavelength in nm and a value"
+            )
         nm, value = numbers
         if nm in values:
             raise InputError(f"{path}, line {number}: {nm:g} nm is given twice")

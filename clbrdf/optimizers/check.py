@@ -103,7 +103,8 @@ def check_fit(
 ) -> tuple[Verdict, ...]:
     """Search the optimum of a fit again at some of its wavelengths.
 
-    Parameters that the fit held, or that its wavelengths share, keep their values: the check is of the others.
+    Parameters that the fit held, or that its wavelengths share, keep their values: the check is of the
+    others.
 
     Parameters
     ----------

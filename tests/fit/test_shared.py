@@ -1,4 +1,4 @@
-"""Parameters shared by all wavelengths: the joint optimum of somebody else's solver, error bars, and what is refused."""
+"""Parameters shared by all wavelengths: the joint optimum, error bars, and what is refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def made(wavelengths, noise=0.02, seed=3, alpha=0.15, sigma=False):
 
 
 def joint_optimum(scan, g, starts=8):
-    """Lowest Σ g r² over all of ln α and (F0, F90, ρ) of each wavelength, by SciPy alone, and its covariance."""
+    """Lowest Σ g r² over ln α and (F0, F90, ρ) of each wavelength, by SciPy alone."""
     model, w = get_model(MODEL), len(scan.wavelength)
     x = model.features(scan.directions)
 
@@ -213,8 +213,6 @@ def test_one_sigma_of_a_shared_alpha_covers_the_truth_in_68_percent_of_500_scans
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
         pulls = np.array(list(pool.map(_pull, range(SCANS), chunksize=10)))
     share = float(np.mean(np.abs(pulls) <= 1.0))
-    print(
-        f"coverage of 1σ: {100 * share:.1f} % of {SCANS}; pulls {pulls.mean():+.3f} ± {pulls.std():.3f}"
-    )
+    print(f"coverage of 1σ: {100 * share:.1f} % of {SCANS}; pulls {pulls.mean():+.3f} ± {pulls.std():.3f}")
     # 68.3 % of 500 scatters by 2.1 %.
     assert 0.64 <= share <= 0.72

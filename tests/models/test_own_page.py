@@ -114,7 +114,9 @@ def test_a_page_is_drawn(page, tmp_path):
     scan_of().save(tmp_path / "scan.h5")
     os.environ["CLBRDF_MODELS"] = str(page.parent)
     try:
-        assert main(["fit", str(tmp_path / "scan.h5"), "-o", str(tmp_path / "fit.h5"), "--model", "phong"]) == 0
+        assert (
+            main(["fit", str(tmp_path / "scan.h5"), "-o", str(tmp_path / "fit.h5"), "--model", "phong"]) == 0
+        )
         assert main(["view", str(tmp_path / "fit.h5"), "--png", str(tmp_path / "lobe.png")]) == 0
     finally:
         del os.environ["CLBRDF_MODELS"]
