@@ -88,9 +88,8 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
     report(1, 1)
     searched = [j for j in problem.free if j not in problem.model.linear]
     unit = _unit(problem, shapes)[:, searched]
-    near = np.asarray((np.abs(unit[:, None] - unit[None]) < APART).all(axis=-1))
     count = min(settings.starts, len(shapes))
-    chosen = _lowest_apart(np.nan_to_num(energy, nan=np.inf), near, count)
+    chosen = _lowest_apart(np.nan_to_num(energy, nan=np.inf), unit, count)
     starts = np.repeat(problem.lower[:, None], count, axis=1)
     starts[..., searched] = shapes[chosen][..., searched]
     for k, place in enumerate(free_linear(problem)):
@@ -163,8 +162,8 @@ def _unit(problem: Problem, coordinates: Array) -> Array:
     return out
 
 
-def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt.NDArray[np.intp]:
-    """Places (W, count) of the lowest of energies (W, K), no two of them near (K, K) each other."""
+def _lowest_apart(energy: Array, unit: Array, count: int) -> npt.NDArray[np.intp]:
+    """Places (W, count) of the lowest of energies (W, K) at points (K, D), no two of them near each other."""
     open_energy, rows, out = energy.copy(), np.arange(len(energy)), []
     for _ in range(count):
         lowest = open_energy.argmin(axis=1)
@@ -172,5 +171,10 @@ def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt
         none_left = ~np.isfinite(open_energy[rows, lowest])
         lowest = np.where(none_left, energy.argmin(axis=1), lowest)
         out.append(lowest)
-        open_energy[near[lowest]] = np.inf
+        # Wavelengths have few lowest points between them, and all distances would be too many to hold.
+        points, back = np.unique(lowest, return_inverse=True)
+        near = np.ones((len(points), len(unit)), dtype=np.bool_)
+        for axis in unit.T:
+            near &= np.abs(axis[points, None] - axis) < APART
+        open_energy[near[back]] = np.inf
     return np.stack(out, axis=1)

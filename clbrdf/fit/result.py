@@ -270,8 +270,8 @@ def _model_of(name: str, data: h5py.Group) -> Model:
         model = remade(name)
     except InputError as error:
         raise InputError(
-            f"its model {name!r} cannot be made: {error}. If a page of your own is part of it, name its folder in"
-            " the environment variable CLBRDF_MODELS"
+            f"its model {name!r} cannot be made: {error}. If a page of yours is part of it, name its folder"
+            " in the environment variable CLBRDF_MODELS"
         ) from error
     missing = [row for row in model.names if _key(row) not in data]
     if missing:

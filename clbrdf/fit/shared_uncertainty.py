@@ -6,7 +6,7 @@ own parameters, K those by the shared ones, T = (JᵀGJ)⁻¹ JᵀGK and U = K �
     δ = S⁻¹ Σ_w UᵀG ε_w,  S = Σ_w UᵀGU,
 
 and the others at a wavelength by (JᵀGJ)⁻¹ JᵀG ε_w − T δ. Where the scan gives σ, that is the spread of ε;
-else it is taken as s_w²/g with s_w² = Σ g r² / (N − P) of each wavelength, so that one that fits badly says less.
+else it is taken as s_w²/g with s_w² = Σ g r² / (N − P) of each wavelength: one that fits badly says less.
 
 Source: Björck, Numerical Methods for Least Squares Problems (1996), section 6.3.
 """
