@@ -24,6 +24,7 @@ from clbrdf.device import Device
 from clbrdf.errors import DeviceError
 from clbrdf.fit import given_parameters
 from clbrdf.fit.problem import make_problem
+from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, Model, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.optimizers import minimise
@@ -72,15 +73,13 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0, model: str = 
         By its name.
     """
     chosen, rng = get_model(model), np.random.default_rng(2013)
-    count, spacing = VIEWS[incident]
-    theta_i = np.linspace(30.0, 60.0, 3) if incident == 3 else np.linspace(10.0, 60.0, 6)
-    theta_r = np.linspace(0.0, (count - 1) * spacing, round(count * views))
-    i, phi, r = (grid.ravel() for grid in np.meshgrid(theta_i, AZIMUTHS, theta_r, indexing="ij"))
-    phi_i = np.where(np.arange(len(i)) % 2, 0.0, 60.0) if chosen.flags & NEEDS_PHI else np.zeros(len(i))
+    d = race_directions(incident, views)
+    # A surface with a direction of its own is turned as well.
+    phi_i = np.where(np.arange(len(d)) % 2, 0.0, 60.0) if chosen.flags & NEEDS_PHI else d.phi_i
     nm = np.linspace(400.0, 800.0, wavelengths)
-    empty = Scan(i, phi_i, r, phi_i + phi, nm, np.ones((len(i), wavelengths)))
+    empty = Scan(d.theta_i, phi_i, d.theta_r, phi_i + d.phi, nm, np.ones((len(d), wavelengths)))
     sets = foil_like(nm) if chosen.name == DEFAULT_MODEL else drifting(chosen, nm)
-    exact = np.empty((len(i), wavelengths))
+    exact = np.empty(empty.brdf.shape)
     x = chosen.features(empty.directions)
     for first in range(0, wavelengths, CHUNK):
         part = slice(first, first + CHUNK)
@@ -132,6 +131,15 @@ def drifting(model: Model, nm: Array) -> Array:
 def told(model: Model) -> dict[str, float]:
     """Parameters that a fit has to be told, at their defaults."""
     return {row.name: row.default for row in model.parameters if row.given == "user"}
+
+
+def race_directions(incident: int, views: float = 1.0) -> Directions:
+    """Return the directions of a race: 3 or 6 incident angles, three azimuths, views times a factor."""
+    count, spacing = VIEWS[incident]
+    theta_i = np.linspace(30.0, 60.0, 3) if incident == 3 else np.linspace(10.0, 60.0, 6)
+    theta_r = np.linspace(0.0, (count - 1) * spacing, round(count * views))
+    i, phi, r = (grid.ravel() for grid in np.meshgrid(theta_i, AZIMUTHS, theta_r, indexing="ij"))
+    return Directions.relative(i, r, phi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +211,13 @@ def fit_in_child(
         "model": model,
         "device": device.name,
     }
-    command = [sys.executable, "-c", "from clbrdf.bench.fit_race import child; child()", json.dumps(task)]
+    command = [
+        sys.executable,
+        "-P",
+        "-c",
+        "from clbrdf.bench.fit_race import child; child()",
+        json.dumps(task),
+    ]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         last = ended.stderr.strip().splitlines()[-1:] or ["no message"]

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite
 from clbrdf.device import choose_device
+from clbrdf.errors import InputError
 from clbrdf.fit import Fit
 
 
@@ -31,6 +32,12 @@ def command(
     from clbrdf.viz.report import write_report
 
     result = Fit.open(fit)
+    if result.scan.bands:
+        names = ", ".join(result.scan.bands)
+        raise InputError(
+            f"{fit}: a report draws over wavelengths, and the fit has the bands {names};"
+            " 'clbrdf info' shows its table"
+        )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
         files, missing = write_report(result, output, overwrite, chosen, report)

@@ -32,9 +32,9 @@ from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHODS, Method
 from clbrdf.fit.normal_equations import normal_equations
-from clbrdf.fit.polish import MOST_ITERATIONS, TOLERANCE, descend
+from clbrdf.fit.polish import AS_LOW, EXACT, MOST_ITERATIONS, TOLERANCE, descend
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.solve import AGREE, EXACT, Solution, joined, solve
+from clbrdf.fit.solve import Solution, joined, solve
 from clbrdf.models import Model
 from clbrdf.precision import get_precision
 from clbrdf.progress import Report, silent
@@ -141,7 +141,7 @@ def solve_shared(
         report(len(grid) + 1 + k, steps)
     report(steps, steps)
     best = min(ends, key=lambda end: end.total)
-    level = max(best.total * (1.0 + AGREE), EXACT)
+    level = max(best.total * (1.0 + AS_LOW), EXACT)
     w = problem.size[0]
     return Solution(
         coordinates=best.q,

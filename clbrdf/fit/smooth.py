@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.normal_equations import normal_equations
-from clbrdf.fit.polish import polish
+from clbrdf.fit.polish import EXACT, polish
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.solve import EXACT, Solution
+from clbrdf.fit.solve import Solution
 
 Array = npt.NDArray[np.float64]
 
