@@ -16,7 +16,7 @@ import pytest
 
 import clbrdf
 from clbrdf import Scan
-from clbrdf.formats.columns import read_columns
+from clbrdf.formats.load import load_one
 from clbrdf.models import NEEDS_PHI, get_model
 from tests.models.test_every_model import MODELS
 from tests.reference.restarts import restarts
@@ -140,7 +140,7 @@ RESTARTS = 60
 @pytest.mark.parametrize("name", MODELS)
 def test_made_scans_and_real_coatings_end_at_the_best_of_60_restarts(name, coatings):
     scans = [made(name, SOAK_WAVELENGTHS, seed=2)]
-    scans += [read_columns([coatings / file], sample) for file, names in SAMPLES.items() for sample in names]
+    scans += [load_one([coatings / file], sample) for file, names in SAMPLES.items() for sample in names]
     fits = [fitted(scan, name) for scan in scans]
     jobs = [job for fit in fits for job in jobs_of(fit, name, RESTARTS)]
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
