@@ -27,6 +27,7 @@ from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
+from clbrdf.models import DEFAULT_MODEL
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.viz.curves import save_figure
@@ -40,7 +41,7 @@ def command(
     *,
     model: Annotated[
         str | None,
-        Parameter(help="throughput, fit: a model or several (a,b+c), or all, beside C or least squares"),
+        Parameter(help="throughput, fit: a model, several (a,b+c) or all; optimizers: that of --scan"),
     ] = None,
     device: DeviceName = None,
     json: JsonFile = None,
@@ -73,22 +74,26 @@ def command(
         check_unused(replace(options, seeds=None), what)
     elif what != "optimizers":
         check_unused(options, what)
-    if model is not None and what not in ("throughput", "fit"):
-        raise InputError(f"--model: bench {what} does not take it; bench throughput and bench fit do")
+    if model is not None and what not in ("throughput", "fit", "optimizers"):
+        raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
-    if model is not None:
-        bench = bench_models_throughput if what == "throughput" else bench_models_fit
-        content = bench(listed_models(model), chosen)
+    names = listed_models(model) if model is not None and what != "optimizers" else ()
+    if what == "throughput" and names:
+        content = bench_models_throughput(names, chosen)
+    elif what == "fit" and len(names) > 1:
+        content = bench_models_fit(names, chosen)
     elif what == "throughput":
         content = _throughput(chosen)
     elif what == "accuracy":
         content = _accuracy(chosen, png, overwrite)
     elif what == "optimizers":
-        content = bench_optimizers(options or OptimizerOptions(), chosen, png, overwrite)
+        content = bench_optimizers(
+            options or OptimizerOptions(), chosen, png, overwrite, model or DEFAULT_MODEL
+        )
     elif what == "grids":
         content = bench_grids(chosen)
     elif what == "fit":
-        content = bench_fit(chosen, full=bool(options and options.full))
+        content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
     elif what == "choice":
         content = bench_choice(chosen, options.seeds if options else None)
     else:
