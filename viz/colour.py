@@ -36,6 +36,22 @@ D65 = np.fromstring(
     sep=" ",
 )
 
+ILLUMINANTS = ("D65", "A")
+"""Daylight and incandescent light."""
+
+
+def illuminant(name: str, wavelength: npt.ArrayLike) -> Array:
+    """Relative spectral power of D65 or A at wavelengths in nm.
+
+    A is Planck's law for 2848 K with c2 = 1.435e7 nm K, CIE 15:2004, 3.1.
+    """
+    nm = np.asarray(wavelength, dtype=np.float64)
+    if name == "D65":
+        return np.interp(nm, D65_WAVELENGTH, D65)
+    across = np.expm1(1.435e7 / (2848.0 * 560.0)) / np.expm1(1.435e7 / (2848.0 * nm))
+    return np.asarray(100.0 * (560.0 / nm) ** 5 * across)
+
+
 # IEC 61966-2-1:1999, linear sRGB of XYZ with white Y = 1.
 XYZ_TO_RGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
@@ -72,10 +88,11 @@ def check_spectrum(wavelength: Array) -> None:
         )
 
 
-def colour_weights(wavelength: Array) -> Array:
+def colour_weights(wavelength: Array, light: str = "D65") -> Array:
     """Weights (3, W) that take a reflectance spectrum on wavelengths (nm) to X, Y, Z with white Y = 1.
 
-    The spectrum is taken as linear between its wavelengths and constant beyond its ends.
+    The spectrum is taken as linear between its wavelengths and constant beyond its ends; `light` is one of
+    ILLUMINANTS.
 
     Raises
     ------
@@ -84,11 +101,11 @@ def colour_weights(wavelength: Array) -> Array:
     """
     check_spectrum(wavelength)
     fine = np.arange(380.0, 781.0, 1.0)
-    light = np.interp(fine, D65_WAVELENGTH, D65) * matching_functions(fine)
-    light /= light[1].sum()
+    seen = illuminant(light, fine) * matching_functions(fine)
+    seen /= seen[1].sum()
     # Each wavelength's share is the hat function of linear interpolation.
     hats = np.array([np.interp(fine, wavelength, row) for row in np.eye(len(wavelength))])
-    return np.asarray(light @ hats.T)
+    return np.asarray(seen @ hats.T)
 
 
 def chromatic_rgb(xyz: Array) -> npt.NDArray[np.uint8]:
