@@ -44,8 +44,10 @@ SCRIPTS = (
 MOST_SUBJECTS = 8
 
 
-def page_text(subjects: Sequence[PageSubject]) -> str:
+def page_text(subjects: Sequence[PageSubject], start: str = "") -> str:
     """Return the page of one or several scans or fits.
+
+    `start` is what is shown where the address says nothing, as the page writes it after #.
 
     Raises
     ------
@@ -60,7 +62,7 @@ def page_text(subjects: Sequence[PageSubject]) -> str:
         name: ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in colour_table(table)]
         for name, table in (("value", VALUE_MAP), ("difference", DIFFERENCE_MAP))
     }
-    data = json.dumps(_plain({"subjects": records, "colours": tables}), allow_nan=False)
+    data = json.dumps(_plain({"subjects": records, "colours": tables, "start": start}), allow_nan=False)
     functions = ",\n".join("null" if s.fit is None else javascript_text(s.fit.model.formula) for s in shown)
     scripts = "\n".join(f"// {name}\n{source(name)}" for name in SCRIPTS)
     title = escape(", ".join(s.name for s in shown))
@@ -82,7 +84,9 @@ def source(name: str) -> str:
     return resources.files("clbrdf.viz.page").joinpath(name).read_text(encoding="utf-8")
 
 
-def save_page(subjects: Sequence[PageSubject], path: str | Path, overwrite: bool = False) -> int:
+def save_page(
+    subjects: Sequence[PageSubject], path: str | Path, overwrite: bool = False, start: str = ""
+) -> int:
     """Write the page, whole or not at all; return its size in bytes.
 
     Raises
@@ -90,7 +94,7 @@ def save_page(subjects: Sequence[PageSubject], path: str | Path, overwrite: bool
     InputError
         As `page_text`, or the file exists or cannot be written.
     """
-    text = page_text(subjects)
+    text = page_text(subjects, start)
     whole_text(path, text, overwrite)
     return len(text.encode("utf-8"))
 

@@ -2,6 +2,7 @@
 
 const RINGS = 84;
 const SECTORS = 96;
+const TALL = 0.74;
 
 function makeLobe(panel, act) {
   const canvas = document.createElement("canvas");
@@ -87,7 +88,7 @@ function camera(state, size) {
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   return {
     out,
-    project: (v) => [size / 2 + zoom * dot(v, right), size * 0.5 - zoom * (dot(v, up) - 0.42 * Math.cos(el)), zoom * dot(v, out)],
+    project: (v) => [size / 2 + zoom * dot(v, right), size * 0.5 - zoom * (dot(v, up) - 0.3 * Math.cos(el)), zoom * dot(v, out)],
   };
 }
 
@@ -102,7 +103,8 @@ function drawLobe(canvas, view, cache) {
   const css = Math.max(160, canvas.clientWidth);
   const ratio = window.devicePixelRatio || 1;
   const size = Math.round(css * ratio);
-  if (canvas.width !== size) canvas.width = canvas.height = size;
+  const high = Math.round(size * TALL);
+  if (canvas.width !== size || canvas.height !== high) Object.assign(canvas, { width: size, height: high });
   const inner = Math.min(view.quick ? 520 : 1100, Math.round(size * (view.quick ? 1 : 1.5)));
   const raster = makeRaster(inner);
   const eye = camera(state, inner);
@@ -132,23 +134,24 @@ function drawLobe(canvas, view, cache) {
   sheet.width = sheet.height = inner;
   sheet.getContext("2d").putImageData(raster.image(), 0, 0);
   const draw = canvas.getContext("2d");
-  draw.clearRect(0, 0, size, size);
+  draw.clearRect(0, 0, size, high);
   draw.imageSmoothingEnabled = true;
   draw.imageSmoothingQuality = "high";
-  draw.drawImage(sheet, 0, 0, size, size);
+  const lift = Math.round((size - high) / 2);
+  draw.drawImage(sheet, 0, -lift, size, size);
   const font = fontSize() * ratio;
   draw.fillStyle = colours.ink;
   draw.font = `${font}px system-ui, sans-serif`;
   draw.textAlign = "center";
   const share = size / inner;
   const [sx, sy] = towards(state.thetaI, 0, 1.22);
-  draw.fillText("source", sx * share, sy * share);
+  draw.fillText("source", sx * share, sy * share - lift);
   for (const phi of [0, 90, 180, 270]) {
     const [x, y] = towards(90, phi, 1.12);
-    draw.fillText(`${phi}°`, x * share, y * share + font * 0.35);
+    draw.fillText(`${phi}°`, x * share, y * share - lift + font * 0.35);
   }
   draw.textAlign = "left";
-  draw.fillText(`radius: ${scale.log ? "log, " : ""}${scale.log ? number(scale.lo, 3) : "0"} to ${number(scale.hi, 3)} at the outer circle`, font * 0.5, size - font * 0.6);
+  draw.fillText(`radius: ${scale.log ? "log, " : ""}${scale.log ? number(scale.lo, 3) : "0"} to ${number(scale.hi, 3)} at the outer circle`, font * 0.5, high - font * 0.6);
 }
 
 function drawGround(raster, eye, soft, ink, thick) {

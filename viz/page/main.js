@@ -4,7 +4,7 @@ function openPage(functions) {
   const data = JSON.parse(document.getElementById("data").textContent);
   setTables(data.colours);
   const subjects = data.subjects.map((record, k) => makeSubject(record, functions[k]));
-  const state = readState(location.hash.slice(1), newState(subjects), subjects);
+  const state = readState(location.hash.slice(1), readState(data.start, newState(subjects), subjects), subjects);
   const bar = document.getElementById("controls");
   const host = document.getElementById("panels");
   const act = makeActs(state, subjects, () => schedule(true), () => schedule(false));
@@ -235,7 +235,7 @@ function showReadout(view) {
   const there = near.row >= 0 && near.gap <= SAME_ANGLE;
   if (there && s.usable(near.row, state.column)) {
     const [f, e] = [s.measured(near.row, state.column), s.error(near.row, state.column)];
-    html.push(item("measured_per_sr", "measured", f, Number.isFinite(e) ? ` ± ${number(e, 3)}` : "", 7));
+    html.push(item("measured_per_sr", "measured", f, Number.isFinite(e) ? ` ± ${number(e, 3)} 1/sr` : " 1/sr", 7));
     if (view.f) {
       const gap = f - view.f(state.thetaI, state.phiI, state.thetaR, state.phi);
       html.push(item("deviation_percent", "deviation", (100 * gap) / f, Number.isFinite(gap / e) ? ` %, ${number(gap / e, 3)} σ` : " %", 3));
@@ -246,11 +246,10 @@ function showReadout(view) {
   if (view.f) {
     const where = [state.thetaI, state.phiI, state.thetaR, state.phi];
     const e = view.uncertainty ? view.uncertainty(...where) : NaN;
-    html.push(item("model_per_sr", "model", view.f(...where), Number.isFinite(e) ? ` ± ${number(e, 3)}` : "", 7));
+    html.push(item("model_per_sr", "model", view.f(...where), Number.isFinite(e) ? ` ± ${number(e, 3)} 1/sr` : " 1/sr", 7));
     const k = state.column;
     html.push(`<span class="item status">${state.live ? "parameters set by hand" : escapeText(s.fit.status[k])}${s.fit.remarks[s.fit.remark[k]] && !state.live ? `: ${escapeText(s.fit.remarks[s.fit.remark[k]])}` : ""}</span>`);
   } else if (s.model) html.push('<span class="item status">nothing is fitted at this wavelength</span>');
-  html.push("1/sr");
   document.getElementById("readout").innerHTML = html.join(" ");
 }
 

@@ -111,7 +111,7 @@ function drawMap(map, view, cache) {
   const draw = canvas.getContext("2d");
   const colours = theme();
   const font = fontSize() * ratio;
-  const radius = size / 2 - 1.9 * font;
+  const radius = size / 2 - 2.3 * font;
   canvas.discShare = radius / (size / 2);
   draw.clearRect(0, 0, size, size);
   const centre = size / 2;
@@ -123,7 +123,7 @@ function drawMap(map, view, cache) {
   const residual = map.kind === "residual";
   const shown = residual ? new Map(view.deviations.points.map((p) => [p.row, p.value])) : null;
   const rows = s.rows(state.thetaI, state.phiI);
-  const big = Math.max(2.2, Math.min(7, 60 / Math.sqrt(rows.length || 1))) * ratio * Math.max(1, css / 380);
+  const big = Math.max(1.6 * ratio, Math.min(7 * ratio * Math.max(1, css / 380), 0.55 * radius * spacing(s, rows)));
   for (const n of rows) {
     const [x, y] = discOf(s.thetaR[n], s.phi[n]);
     const at = [centre + radius * x, centre + radius * y];
@@ -132,9 +132,9 @@ function drawMap(map, view, cache) {
       continue;
     }
     if (map.kind === "model") {
-      draw.strokeStyle = colours.ink;
+      draw.strokeStyle = "rgba(255,255,255,0.7)";
       draw.lineWidth = 0.8 * ratio;
-      ring(draw, at, Math.max(1.2 * ratio, big * 0.35));
+      ring(draw, at, Math.max(0.8 * ratio, big * 0.4));
       continue;
     }
     let colour;
@@ -161,6 +161,24 @@ function drawMap(map, view, cache) {
   }
   drawCursor(draw, centre, radius, state, colours, ratio);
   map.key.innerHTML = residual ? keySvg(-view.deviations.size, view.deviations.size, false, "difference", view.deviations.words, css) : keySvg(scale.lo, scale.hi, scale.log, "value", scale.words, css);
+}
+
+// Median distance from a measured direction to its nearest neighbour, on the unit disc; of some directions.
+function spacing(s, rows) {
+  if (spacing.rows === rows) return spacing.found;
+  const at = rows.map((n) => discOf(s.thetaR[n], s.phi[n]));
+  const every = Math.max(1, Math.floor(at.length / 60));
+  const gaps = [];
+  for (let k = 0; k < at.length; k += every) {
+    let least = Infinity;
+    for (const [x, y] of at) {
+      const gap = Math.hypot(x - at[k][0], y - at[k][1]);
+      if (gap > 1e-6 && gap < least) least = gap;
+    }
+    if (least < Infinity) gaps.push(least);
+  }
+  gaps.sort((a, b) => a - b);
+  return Object.assign(spacing, { rows, found: gaps.length ? gaps[Math.floor(gaps.length / 2)] : 0.2 }).found;
 }
 
 function disc(draw, centre, radius, fill) {
@@ -253,9 +271,8 @@ function drawRings(draw, centre, radius, colours, font, onColour) {
   draw.fillStyle = colours.ink;
   for (const phi of [0, 90, 180, 270]) {
     const [x, y] = discOf(90, phi);
-    const out = radius + font * 0.95;
-    draw.textAlign = phi === 180 ? "center" : "center";
-    draw.fillText(`${phi}°`, centre + out * x * (phi % 180 ? 1 : 1.02), centre + out * y);
+    const out = radius + font * (phi % 180 ? 0.95 : 1.2);
+    draw.fillText(`${phi}°`, centre + out * x, centre + out * y);
   }
 }
 

@@ -8,6 +8,9 @@ function referenceOf(state, subjects) {
     const other = subjects[Number(state.ratio.slice(4)) - 1];
     return otherFile(other, s, state);
   }
+  if (state.ratio === "cosine") {
+    return { words: "BRDF × cos θr (1/sr)", of: (thetaI, phiI, thetaR) => 1 / cosOf(thetaR) };
+  }
   const p = state.live || (s.model ? s.parameters(state.column) : null);
   if (state.ratio === "diffuse" && p && diffusePlace(s) >= 0) {
     const level = p[diffusePlace(s)] / Math.PI;

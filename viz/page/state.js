@@ -12,7 +12,7 @@ function newState(subjects) {
     phiI: s.azimuths[0],
     thetaR: s.start.theta_i,
     phi: 180,
-    scale: "linear",
+    scale: wideRange(s) ? "log" : "linear",
     ratio: "mean",
     residual: "percent",
     hold: null,
@@ -20,6 +20,18 @@ function newState(subjects) {
     azimuth: -60,
     elevation: 22,
   };
+}
+
+const WIDE = 50;
+
+// Whether the usable values of the first wavelength shown span so much that a linear scale hides most of them.
+function wideRange(s) {
+  let [lo, hi] = [Infinity, 0];
+  for (const n of s.rows(s.start.theta_i, s.azimuths[0])) {
+    const v = s.usable(n, s.start.column) ? s.measured(n, s.start.column) : NaN;
+    if (v > 0) [lo, hi] = [Math.min(lo, v), Math.max(hi, v)];
+  }
+  return hi > WIDE * lo;
 }
 
 function writeState(state, subjects) {
@@ -85,7 +97,7 @@ function nearestColumn(s, nm) {
 // What a ratio can be taken to.
 function ratioChoices(state, subjects) {
   const s = subjects[state.subject];
-  const out = [["mean", "the mean of the points"]];
+  const out = [["mean", "the mean of the points"], ["cosine", "1/cos θr, as BRDF × cosine"]];
   if (diffusePlace(s) >= 0) out.push(["diffuse", `${s.model.parameters[diffusePlace(s)].name}/π`]);
   subjects.forEach((other, k) => {
     if (k !== state.subject) out.push([`file${k + 1}`, other.name]);
