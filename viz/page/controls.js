@@ -72,7 +72,7 @@ function drawTicks(host, values, lo, hi, words) {
   host.innerHTML = shown
     .map((v, k) => {
       const at = (100 * (v - lo)) / (hi - lo);
-      const write = at - last >= 14 || (k === 0 && shown.length > 1);
+      const write = at - last >= 10 || (k === 0 && shown.length > 1);
       if (write) last = at;
       return `<i style="left:${at.toFixed(2)}%">${write ? `<b>${escapeText(words(v))}</b>` : ""}</i>`;
     })

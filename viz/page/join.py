@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from html import escape
 from importlib import resources
@@ -72,11 +73,7 @@ def page_text(subjects: Sequence[PageSubject], start: str = "") -> str:
         "DATA": data.replace("<", "\\u003c"),
         "SCRIPT": f'(() => {{\n"use strict";\n{scripts}\nopenPage([{functions}]);\n}})();',
     }
-    text = source("page.html")
-    for name, part in parts.items():
-        before, _, after = text.partition(f"{{{{{name}}}}}")
-        text = before + part + after
-    return text
+    return re.sub(r"\{\{([A-Z]+)\}\}", lambda found: parts[found[1]], source("page.html"))
 
 
 def source(name: str) -> str:

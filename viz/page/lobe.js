@@ -2,7 +2,8 @@
 
 const RINGS = 84;
 const SECTORS = 96;
-const TALL = 0.74;
+const TALL = 0.82;
+const MOST_DOTS = 400;
 
 function makeLobe(panel, act) {
   const canvas = document.createElement("canvas");
@@ -88,7 +89,7 @@ function camera(state, size) {
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   return {
     out,
-    project: (v) => [size / 2 + zoom * dot(v, right), size * 0.5 - zoom * (dot(v, up) - 0.3 * Math.cos(el)), zoom * dot(v, out)],
+    project: (v) => [size / 2 + zoom * dot(v, right), size * 0.5 - zoom * (dot(v, up) - 0.36 * Math.cos(el)), zoom * dot(v, out)],
   };
 }
 
@@ -115,15 +116,18 @@ function drawLobe(canvas, view, cache) {
   const reach = s.reach(state.thetaI, state.phiI);
   drawGround(raster, eye, soft, ink, thick);
   if (view.f) drawSurface(raster, eye, view, lobeMesh(view, cache), length, reach, grey);
-  for (const n of s.rows(state.thetaI, state.phiI)) {
+  const rows = s.rows(state.thetaI, state.phiI);
+  const every = Math.ceil(rows.length / MOST_DOTS);
+  for (let k = 0; k < rows.length; k += every) {
+    const n = rows[k];
     if (!s.usable(n, state.column)) continue;
     const v = s.measured(n, state.column) / reference.of(state.thetaI, state.phiI, s.thetaR[n], s.phi[n]);
     const r = length(v);
     const tip = vectorOf(s.thetaR[n], s.phi[n]).map((c) => c * r);
     const at = eye.project(tip);
     at[2] += 0.01 * inner;
-    const many = s.rows(state.thetaI, state.phiI).length > 400;
-    raster.dot(at, (many ? 1.3 : 2.6) * thick, view.f ? ink : colourAt(scale.place(v), "value"));
+    const many = rows.length > 150;
+    raster.dot(at, (many ? 1.7 : 2.6) * thick, view.f ? ink : colourAt(scale.place(v), "value"));
     if (!view.f && !many) raster.line(eye.project([0, 0, 0]), at, 0.5 * thick, soft);
   }
   const towards = (theta, phi, r) => eye.project(vectorOf(theta, phi).map((c) => c * r));
@@ -151,6 +155,7 @@ function drawLobe(canvas, view, cache) {
     draw.fillText(`${phi}°`, x * share, y * share - lift + font * 0.35);
   }
   draw.textAlign = "left";
+  if (every > 1) draw.fillText(`dots: 1 of ${every} of ${rows.length} points`, font * 0.5, high - font * 2);
   draw.fillText(`radius: ${scale.log ? "log, " : ""}${scale.log ? number(scale.lo, 3) : "0"} to ${number(scale.hi, 3)} at the outer circle`, font * 0.5, high - font * 0.6);
 }
 

@@ -10,6 +10,7 @@ function openPage(functions) {
   const act = makeActs(state, subjects, () => schedule(true), () => schedule(false));
   fillControls(bar, subjects, state, act);
   const panels = makePanels(host, act, () => lookAt(state, subjects, false));
+  const maps = panels[0].drawn;
   const said = document.getElementById("about");
   let waiting = 0;
   let resting = 0;
@@ -59,6 +60,7 @@ function openPage(functions) {
     },
     view: () => lookAt(state, subjects, false),
     act,
+    maps,
   };
   window.clbrdf = page;
   addEventListener("hashchange", () => {
@@ -98,7 +100,7 @@ function makePanels(host, act, view) {
     if (table) saveCsv(panel, () => table(view()));
     if (svg) saveSvg(panel);
     if (png) savePng(panel);
-    all.push({ section: panel.section, fits, draw: drawn.draw });
+    all.push({ section: panel.section, fits, drawn, draw: drawn.draw });
   };
   const fitted = (v) => !!v.s.model;
   add("maps", "Hemisphere", "Equal-area maps over θr (centre 0°, edge 90°) and φ (180° is forward). Points: measured; crosses: masked; hatched: not measured, or beyond the largest θr measured. Square: mirror direction; star: source. Colours: viridis and PuOr, which colour-blind readers can tell apart.", {
@@ -263,8 +265,8 @@ function showAbout(host, s) {
     `<h2>Provenance</h2>${s.provenance.length ? pairs(s.provenance) : "<p>The file names none.</p>"}`;
   document.getElementById("name").textContent = s.name;
   const count = document.getElementById("count");
-  count.textContent = `${s.count} directions × ${s.columns} ${s.nm ? "wavelengths" : "bands"}${s.model ? `, model ${s.model.name}` : ", not fitted"}`;
+  count.textContent = `${counted(s.count, "direction")} × ${counted(s.columns, s.nm ? "wavelength" : "band")}${s.model ? `, model ${s.model.name}` : ", not fitted"}`;
   const warn = document.getElementById("warn");
   warn.hidden = !lines.length;
-  warn.textContent = `${lines.length} ${lines.length === 1 ? "warning" : "warnings"}`;
+  warn.textContent = counted(lines.length, "warning");
 }

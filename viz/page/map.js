@@ -3,6 +3,9 @@
 const EDGE = Math.sin(45 * RAD);
 const MOST_PIXELS = 440;
 
+// Circles on the model's map where something was measured; more of them would hide it.
+const MOST_CIRCLES = 1500;
+
 // From a direction to the unit disc: x right (forward, phi = 180), y down.
 function discOf(thetaR, phi) {
   const r = Math.sin((thetaR / 2) * RAD) / EDGE;
@@ -119,19 +122,21 @@ function drawMap(map, view, cache) {
   disc(draw, centre, radius, colours.paper);
   if (map.kind === "model") drawPixels(draw, view, cache, centre, radius, ratio);
   else hatch(draw, centre, radius, colours.line, ratio);
-  drawRings(draw, centre, radius, colours, font, map.kind === "model");
+  const model = map.kind === "model";
+  drawRings(draw, centre, radius, colours, font, model);
   const residual = map.kind === "residual";
   const shown = residual ? new Map(view.deviations.points.map((p) => [p.row, p.value])) : null;
   const rows = s.rows(state.thetaI, state.phiI);
   const big = Math.max(1.6 * ratio, Math.min(7 * ratio * Math.max(1, css / 380), 0.55 * radius * spacing(s, rows)));
-  for (const n of rows) {
+  const hidden = model && rows.length > MOST_CIRCLES;
+  for (const n of hidden ? [] : rows) {
     const [x, y] = discOf(s.thetaR[n], s.phi[n]);
     const at = [centre + radius * x, centre + radius * y];
     if (!s.usable(n, state.column)) {
       cross(draw, at, big * 0.7, colours.ink, ratio);
       continue;
     }
-    if (map.kind === "model") {
+    if (model) {
       draw.strokeStyle = "rgba(255,255,255,0.7)";
       draw.lineWidth = 0.8 * ratio;
       ring(draw, at, Math.max(0.8 * ratio, big * 0.4));
@@ -146,6 +151,10 @@ function drawMap(map, view, cache) {
       colour = colourAt(scale.place(v), "value");
     }
     draw.fillStyle = rgbText(colour);
+    if (big < 2.5 * ratio) {
+      draw.fillRect(at[0] - big, at[1] - big, 2 * big, 2 * big);
+      continue;
+    }
     draw.beginPath();
     draw.arc(at[0], at[1], big, 0, 7);
     draw.fill();
@@ -153,6 +162,7 @@ function drawMap(map, view, cache) {
     draw.lineWidth = 0.7 * ratio;
     draw.stroke();
   }
+  nameRings(draw, centre, radius, colours, font);
   if (!rows.length && map.kind !== "model") {
     draw.fillStyle = colours.ink;
     draw.textAlign = "center";
@@ -265,14 +275,21 @@ function drawRings(draw, centre, radius, colours, font, onColour) {
     const r = (Math.sin((angle / 2) * RAD) / EDGE) * radius;
     if (angle === 90) draw.strokeStyle = colours.ink;
     ring(draw, [centre, centre], r);
-    if (angle === 90) continue;
-    label(draw, `${angle}°`, centre + r * Math.SQRT1_2, centre - r * Math.SQRT1_2, font, colours);
   }
   draw.fillStyle = colours.ink;
   for (const phi of [0, 90, 180, 270]) {
     const [x, y] = discOf(90, phi);
     const out = radius + font * (phi % 180 ? 0.95 : 1.2);
     draw.fillText(`${phi}°`, centre + out * x, centre + out * y);
+  }
+}
+
+function nameRings(draw, centre, radius, colours, font) {
+  draw.font = `${font * 0.85}px system-ui, sans-serif`;
+  draw.textAlign = "center";
+  for (const angle of [30, 60]) {
+    const r = (Math.sin((angle / 2) * RAD) / EDGE) * radius * Math.SQRT1_2;
+    label(draw, `${angle}°`, centre + r, centre - r, font, colours);
   }
 }
 

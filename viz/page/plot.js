@@ -19,7 +19,7 @@ function makePlot({ width, height, x, y, label, zero = false }) {
   const marks = [];
   const clip = `clip-${Math.random().toString(36).slice(2)}`;
   const xTicks = x.ticks || (x.log ? logTicks(x.lo, x.hi) : ticks(x.lo, x.hi, Math.max(2, Math.floor(w / (font * 6)))));
-  const yTicks = y.ticks || (y.log ? logTicks(y.lo, y.hi) : ticks(y.lo, y.hi, Math.max(2, Math.floor(h / (font * 3)))));
+  const yTicks = y.ticks || (y.log ? logTicks(y.lo, y.hi) : ticks(y.lo, y.hi, Math.max(3, Math.floor(h / (font * 3)))));
   const frame = [];
   for (const v of yTicks) {
     const at = py(v);

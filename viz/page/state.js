@@ -5,13 +5,16 @@ const RESIDUALS = ["percent", "sigma"];
 
 function newState(subjects) {
   const s = subjects[0];
+  // Where the lobe is: the measured direction nearest to the mirror direction.
+  const { row, gap } = nearestRow(s, { thetaI: s.start.theta_i, phiI: s.azimuths[0] }, s.start.theta_i, 180);
+  const measured = row >= 0 && gap < 15;
   return {
     subject: 0,
     column: s.start.column,
     thetaI: s.start.theta_i,
     phiI: s.azimuths[0],
-    thetaR: s.start.theta_i,
-    phi: 180,
+    thetaR: measured ? s.thetaR[row] : s.start.theta_i,
+    phi: measured ? (s.phi[row] + 360) % 360 : 180,
     scale: wideRange(s) ? "log" : "linear",
     ratio: "mean",
     residual: "percent",

@@ -60,7 +60,7 @@ function addFit(s, fit, functions) {
     correlation: unpack(fit.correlation),
     E: unpack(fit.E),
     sigmaR: unpack(fit.sigma_r),
-    weights: unpack(fit.weight_values),
+    weightValues: unpack(fit.weight_values),
   };
   s.model = model;
   s.size = size;
@@ -84,7 +84,7 @@ function addFit(s, fit, functions) {
     for (let n = 0; n < s.count; n++) {
       if (!s.usable(n, column)) continue;
       const f = s.measured(n, column);
-      const g = weightOf(s, arrays.weights, n, column, f);
+      const g = weightOf(s, arrays.weightValues, n, column, f);
       if (!(g > 0)) continue;
       const gap = value(features, n * s.surface.count) - f;
       above += g * gap * gap;

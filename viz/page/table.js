@@ -23,7 +23,7 @@ function drawTable(panel, view, act) {
     .join("");
   const more = rows.length > MOST_ROWS ? `<p>${MOST_ROWS} of ${rows.length} rows; the CSV holds all.</p>` : "";
   panel.figure.innerHTML = rows.length
-    ? `<details><summary>${rows.length} points at this incident angle and wavelength</summary><div class="scroll" tabindex="0" role="region" aria-label="table of points"><table><thead><tr>${heads.map((h) => `<th scope="col">${h}</th>`).join("")}</tr></thead><tbody>${body}</tbody></table></div>${more}</details>`
+    ? `<details${panel.figure.querySelector("details[open]") ? " open" : ""}><summary>${counted(rows.length, "point")} at this incident angle and wavelength</summary><div class="scroll" tabindex="0" role="region" aria-label="table of points"><table><thead><tr>${heads.map((h) => `<th scope="col">${h}</th>`).join("")}</tr></thead><tbody>${body}</tbody></table></div>${more}</details>`
     : "<p>Nothing is measured at this incident angle.</p>";
   panel.figure.onclick = (event) => {
     const line = event.target.closest("tr[data-row]");

@@ -13,6 +13,8 @@ function number(value, digits = 5) {
 
 const degrees = (value) => `${number(value, 6)}°`;
 
+const counted = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+
 function escapeText(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 }
