@@ -7,7 +7,7 @@ function openPage(functions) {
   const state = readState(location.hash.slice(1), readState(data.start, newState(subjects), subjects), subjects);
   const bar = document.getElementById("controls");
   const host = document.getElementById("panels");
-  const act = makeActs(state, subjects, () => schedule(true), () => schedule(false));
+  const act = makeActs(state, subjects, (only) => schedule(true, only), (only) => schedule(false, only));
   fillControls(bar, subjects, state, act);
   const panels = makePanels(host, act, () => lookAt(state, subjects, false));
   const maps = panels[0].drawn;
@@ -17,17 +17,25 @@ function openPage(functions) {
   let written = 0;
   let frames = 0;
   let told = -1;
+  // What the next picture draws: the names of some panels, or null for all.
+  let wanted = new Set();
+  let settling = new Set();
 
   function draw(quick) {
+    const only = wanted;
+    wanted = new Set();
     const began = performance.now();
     const view = lookAt(state, subjects, quick);
-    showControls(bar, subjects, state);
-    showReadout(view);
+    if (!only) {
+      showControls(bar, subjects, state);
+      showReadout(view);
+    }
     if (told !== state.subject) {
       told = state.subject;
       showAbout(said, view.s);
     }
     for (const panel of panels) {
+      if (only && !only.has(panel.section.id)) continue;
       panel.section.hidden = !panel.fits(view);
       if (!panel.section.hidden) panel.draw(view);
     }
@@ -36,16 +44,33 @@ function openPage(functions) {
     page.frames = frames;
   }
 
+  // Draw in full what was drawn quickly.
+  function settle() {
+    const names = settling;
+    settling = new Set();
+    if (names) names.forEach((name) => schedule(false, name));
+    else schedule(false);
+  }
+
+  function drawAll() {
+    wanted = null;
+    draw(false);
+  }
+
   // Draw soon, small and quick while something moves, and in full once it rests.
-  function schedule(quick) {
+  function schedule(quick, only = null) {
+    wanted = only && wanted ? wanted.add(only) : null;
     if (!waiting) {
       waiting = requestAnimationFrame(() => {
         waiting = 0;
         draw(quick);
       });
     }
-    clearTimeout(resting);
-    if (quick) resting = setTimeout(() => schedule(false), 160);
+    if (quick) {
+      settling = only && settling ? settling.add(only) : null;
+      clearTimeout(resting);
+      resting = setTimeout(settle, 160);
+    }
     clearTimeout(written);
     written = setTimeout(() => history.replaceState(null, "", `#${writeState(state, subjects)}`), 250);
   }
@@ -68,9 +93,9 @@ function openPage(functions) {
     schedule(false);
   });
   addEventListener("resize", () => schedule(false));
-  for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", () => draw(false));
-  addEventListener("beforeprint", () => draw(false));
-  draw(false);
+  for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", () => drawAll());
+  addEventListener("beforeprint", () => drawAll());
+  drawAll();
 }
 
 // Everything that panels need of a state.
@@ -111,7 +136,7 @@ function makePanels(host, act, view) {
   add("spectrum", "Spectrum at the cursor", "", { make: (panel) => makeSpectrum(panel, act), table: spectrumTable, svg: true });
   add("live", "Parameters by hand", "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum.", { fits: fitted, make: (panel) => makeLive(panel, act) });
   add("strip", "Parameters over wavelength", "Bands: ±1σ. Open marks: at a bound or not determined, without uncertainty; crosses: not converged. Click to choose a wavelength.", { wide: true, fits: fitted, make: (panel) => makeStrip(panel, act), table: stripTable, svg: true });
-  add("energy", "Energy", "", { fits: (v) => !!v.s.promises, make: (panel) => ({ draw: (v) => drawEnergy(panel, v) }), table: energyTable, svg: true });
+  add("energy", "Energy", "", { fits: (v) => !!v.s.promises, make: (panel) => ({ draw: (v) => v.quick || drawEnergy(panel, v) }), table: energyTable, svg: true });
   add("colour", "Colour in the cut", "", { fits: (v) => !!v.s.model && !v.s.colour.missing && v.s.parameters(v.state.column), make: (panel) => ({ draw: (v) => v.quick || drawColour(panel, v) }), table: colourTable, svg: true });
   add("points", "Points", "", { wide: true, make: (panel) => ({ draw: (v) => v.quick || drawTable(panel, v, act) }), table: pointTable });
   return all;
@@ -183,9 +208,9 @@ function makeActs(state, subjects, moving, still) {
     turn(dx, dy) {
       state.azimuth = fold(state.azimuth - dx);
       state.elevation = Math.max(-10, Math.min(90, state.elevation + dy));
-      moving();
+      moving("lobe");
     },
-    rest: () => still(),
+    rest: () => still("lobe"),
     hold(on) {
       const { scale } = lookAt(state, subjects, true);
       act.set({ hold: on ? [scale.lo, scale.hi] : null });

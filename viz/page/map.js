@@ -127,13 +127,14 @@ function drawMap(map, view, cache) {
   const residual = map.kind === "residual";
   const shown = residual ? new Map(view.deviations.points.map((p) => [p.row, p.value])) : null;
   const rows = s.rows(state.thetaI, state.phiI);
-  const big = Math.max(1.6 * ratio, Math.min(7 * ratio * Math.max(1, css / 380), 0.55 * radius * spacing(s, rows)));
+  const grow = ratio * Math.max(1, css / 380);
+  const big = Math.max(2 * grow, Math.min(7 * grow, 0.55 * radius * spacing(s, rows)));
   const hidden = model && rows.length > MOST_CIRCLES;
   for (const n of hidden ? [] : rows) {
     const [x, y] = discOf(s.thetaR[n], s.phi[n]);
     const at = [centre + radius * x, centre + radius * y];
     if (!s.usable(n, state.column)) {
-      cross(draw, at, big * 0.7, colours.ink, ratio);
+      cross(draw, at, big * 0.7, colours.ink, grow);
       continue;
     }
     if (model) {
@@ -151,7 +152,7 @@ function drawMap(map, view, cache) {
       colour = colourAt(scale.place(v), "value");
     }
     draw.fillStyle = rgbText(colour);
-    if (big < 2.5 * ratio) {
+    if (big < 2.5 * grow && rows.length > MOST_CIRCLES) {
       draw.fillRect(at[0] - big, at[1] - big, 2 * big, 2 * big);
       continue;
     }
@@ -169,7 +170,7 @@ function drawMap(map, view, cache) {
     draw.font = `${font}px system-ui, sans-serif`;
     draw.fillText(`not measured at θi = ${number(state.thetaI)}°`, centre, centre - font);
   }
-  drawCursor(draw, centre, radius, state, colours, ratio);
+  drawCursor(draw, centre, radius, state, colours, grow);
   map.key.innerHTML = residual ? keySvg(-view.deviations.size, view.deviations.size, false, "difference", view.deviations.words, css) : keySvg(scale.lo, scale.hi, scale.log, "value", scale.words, css);
 }
 

@@ -6,7 +6,7 @@ function makeStrip(panel, act) {
     const svg = event.target.closest("svg");
     if (svg && panel.pick) act.column(panel.pick(event.clientX - svg.getBoundingClientRect().left));
   });
-  return { draw: (view) => drawStrip(panel, view) };
+  return { draw: (view) => view.quick || drawStrip(panel, view) };
 }
 
 function drawStrip(panel, view) {
