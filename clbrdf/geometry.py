@@ -281,6 +281,15 @@ def trigonometry(directions: Directions, dtype: type[np.floating] = np.float64) 
     )
 
 
+def mirror_distance(directions: Directions) -> Array:
+    """Return a quarter of |β − β0|², (N,), [0, 1]: 0 in the mirror direction, β the direction cosines."""
+    m = np.deg2rad(directions.theta_i + directions.theta_r) / 2.0
+    h = np.deg2rad(directions.theta_i - directions.theta_r) / 2.0
+    sines = np.sin(np.deg2rad(directions.theta_i)) * np.sin(np.deg2rad(directions.theta_r))
+    out: Array = (np.cos(m) * np.sin(h)) ** 2 + sines * np.cos(np.deg2rad(directions.turn) / 2.0) ** 2
+    return out
+
+
 def sin2_gamma(t: Trigonometry) -> Real:
     """sin²γ = sin²((θi − θr)/2) + sinθi sinθr cos²(φ/2), shape (N,): no cancellation, from (10)."""
     out: Real = t.sin_h**2 + t.sin_i * t.sin_r * t.cos_p**2

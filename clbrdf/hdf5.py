@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.files import split_entry, whole_file
-from clbrdf.schema import read_text, text_attribute
+from clbrdf.schema import check_group, read_text, text_attribute
 
 if TYPE_CHECKING:
     import h5py
@@ -120,7 +120,9 @@ def find_entry(file: h5py.File, path: str | Path) -> h5py.Group:
         raise InputError(
             f"holds {len(names)} scans; name one of them, as in {source.name}::{names[0]}: {listed}"
         )
-    return file[name or names[0]]
+    entry = file[name or names[0]]
+    check_group(entry)
+    return entry
 
 
 def first_line(error: Exception) -> str:
@@ -223,5 +225,6 @@ def write_mapping(parent: h5py.Group, name: str, mapping: Mapping[str, str]) -> 
 
 def read_mapping(parent: h5py.Group, name: str) -> dict[str, str]:
     """Read what `write_mapping` wrote."""
+    check_group(parent)
     group = parent[name]
     return {key: text_attribute(group, key) for key in group.attrs if key != "NX_class"}

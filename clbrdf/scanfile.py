@@ -11,7 +11,7 @@ import numpy.typing as npt
 from clbrdf import hdf5, units
 from clbrdf.flags import FLAGS
 from clbrdf.geometry import ANGLES
-from clbrdf.schema import Item, read_items, read_text, text_attribute, text_list_attribute
+from clbrdf.schema import Item, check_group, read_items, read_text, text_attribute, text_list_attribute
 
 if TYPE_CHECKING:
     import h5py
@@ -89,6 +89,8 @@ def read_frame(entry: h5py.Group) -> dict[str, Any]:
     KeyError
         Something is missing.
     """
+    for name in ("data", "sample", "instrument"):
+        check_group(entry[name])
     data = entry["data"]
     arrays = read_items(data, SCHEMA)
     bands = tuple(text_list_attribute(data, "bands")) if "bands" in data.attrs else ()

@@ -61,6 +61,7 @@ def read_items(group: h5py.Group, items: Sequence[Item]) -> dict[str, npt.NDArra
     KeyError
         A required item is missing.
     """
+    check_group(group)
     lengths: dict[str, int] = {}
     factors = {
         item.name: _checked(group[item.name], item, lengths)
@@ -68,6 +69,12 @@ def read_items(group: h5py.Group, items: Sequence[Item]) -> dict[str, npt.NDArra
         if item.required or item.name in group
     }
     return {name: _read(group[name], scale) for name, scale in factors.items()}
+
+
+def check_group(item: Any) -> None:
+    """Raise InputError where something else than a group stands."""
+    if not hasattr(item, "keys"):
+        raise InputError(f"{getattr(item, 'name', '/')} is no group; the file is damaged, make it again")
 
 
 def _checked(dataset: Any, item: Item, lengths: dict[str, int]) -> float | None:
@@ -143,6 +150,7 @@ def read_text(parent: h5py.Group, name: str) -> str:
     InputError
         Something else than one string stands there.
     """
+    check_group(parent)
     if name not in parent:
         return ""
     dataset = parent[name]

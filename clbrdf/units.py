@@ -39,5 +39,13 @@ def factor(known: Mapping[str, float], written: str) -> float:
     found = known.get("".join(written.split()).casefold())
     if found is None:
         said = f"unit {written.strip()!r} is not known" if written.strip() else "the unit is missing"
-        raise InputError(f"{said}; known are {', '.join(known)}")
+        raise InputError(f"{said}; known are {listed(known)}")
     return found
+
+
+def listed(known: Mapping[str, float]) -> str:
+    """Return the units, one spelling each."""
+    first: dict[float, str] = {}
+    for name, value in known.items():
+        first.setdefault(value, name)
+    return ", ".join(first.values())

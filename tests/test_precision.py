@@ -111,6 +111,7 @@ def test_sums_over_ten_million_points(device):
         (diffuse - 1e-9)[None],
         (diffuse + 1e-9)[None],
         tuple(range(6)),
+        np.zeros(n),
         np.zeros(1, np.uint32),
         device,
     )

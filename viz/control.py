@@ -65,6 +65,13 @@ class Control:
         """Upper end of the incident angle's slider, degrees."""
         return float(np.floor(self.scene.limit))
 
+    @property
+    def spectral_label(self) -> str:
+        """What is shown: "λ = 550 nm", or the name of a band."""
+        entry = self.scene.panels[0].entries[0]
+        label = entry.subject.label(entry.column)
+        return f"band {label}" if entry.subject.scan.bands else f"λ = {label}"
+
     def set_wavelength(self, wavelength: float) -> None:
         """Show the measured wavelength nearest to one in nm."""
         nearest = min(self.wavelengths, key=lambda w: abs(w - wavelength))

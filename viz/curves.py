@@ -112,7 +112,7 @@ def _cut(
     used = here[~scan.mask[here, k]]
     left_out = here[scan.mask[here, k] & (scan.brdf[here, k] > 0.0)]
     style: dict[str, Any] = {"color": colour, "linestyle": "none", "markersize": 3.0}
-    top.plot(zenith[used], scan.brdf[used, k], marker="o", label=f"{fit.wavelength[k]:g} nm", **style)
+    top.plot(zenith[used], scan.brdf[used, k], marker="o", label=scan.labels[k], **style)
     top.plot(zenith[left_out], scan.brdf[left_out, k], marker="x", **style)
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)
     line = Directions.relative(np.full(1, angle), np.abs(fine), np.where(fine < 0.0, 0.0, 180.0))

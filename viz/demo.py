@@ -18,7 +18,7 @@ def demo_pictures(
     device: Device | None = None,
     report: Report = silent,
 ) -> tuple[list[Path], list[str]]:
-    """Write the report, the lobes and the page that computes into a folder; go on without what is missing here.
+    """Write report, lobes and the page that computes into a folder; go on without what is missing here.
 
     Parameters
     ----------

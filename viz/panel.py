@@ -219,10 +219,11 @@ class Panel:
     def caption(self, named: bool = False) -> str:
         """Words of this picture: what (by name where there are several), where, the peak, the points."""
         entry = self.entries[0]
-        columns = dict.fromkeys(f"{e.subject.wavelength[e.column]:g} nm" for e in self.entries)
+        columns = dict.fromkeys(e.subject.label(e.column) for e in self.entries)
         angles = dict.fromkeys(f"{e.theta_i:g}°" for e in self.entries)
+        kind = "band" if entry.subject.scan.bands else "λ"
         who = f"{entry.name}:  " if named and len(self.entries) == 1 else ""
-        lines = [f"{who}θi = {', '.join(angles)},  λ = {', '.join(columns)}"]
+        lines = [f"{who}θi = {', '.join(angles)},  {kind} = {', '.join(columns)}"]
         if len(self.entries) > 1:
             return lines[0]
         if self.there[0]:

@@ -27,11 +27,12 @@ def summary_rows(fit: Fit) -> Rows:
     sigma = 100.0 * fit.relative_rms[np.isfinite(fit.relative_rms)]
     angles = ", ".join(f"{a:g}" for a in scan.incident_angles)
     span = f"{w[0]:g} nm" if len(w) == 1 else f"{len(w)} from {w[0]:g} to {w[-1]:g} nm"
+    columns = ("bands", ", ".join(scan.bands)) if scan.bands else ("wavelengths", span)
     rows = [
         ("sample", scan.sample or "not named"),
         ("instrument", scan.instrument or "not named"),
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
-        ("wavelengths", span),
+        columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
         ("method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', 'not recorded')}"),
         ("device", fit.device),

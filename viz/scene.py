@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from clbrdf.colour import check_spectrum, colour_weights
 from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
-from clbrdf.viz.colour import check_spectrum, chromatic_rgb, colour_weights
+from clbrdf.viz.colour import chromatic_rgb
 from clbrdf.viz.colour_bar import value_paint
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe
@@ -240,7 +241,7 @@ class Scene:
 
     def overlay_name(self, entry: Entry) -> str:
         """Name of one of several lobes in one panel."""
-        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.wavelength[entry.column]:g} nm"
+        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.label(entry.column)}"
 
     def notes(self) -> list[str]:
         """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""

@@ -1,8 +1,9 @@
 """A page behind an address: `clbrdf view --serve`.
 
 The page is complete in itself, so that there is one answer and nothing else to ask for. It listens on the
-loopback interface only, unless told otherwise; then a request needs a token. Pages of other origins are refused
-in any case, as are other host names: a web page elsewhere could reach a server on the loopback interface.
+loopback interface only, unless told otherwise; then a request needs a token. Pages of other origins are
+refused in any case, as are other host names: a web page elsewhere could reach a server on the loopback
+interface.
 """
 
 from __future__ import annotations
@@ -80,7 +81,9 @@ class PageServer:
             raise InputError(f"--port {port}: ports lie between 0, which takes a free one, and {LAST_PORT}")
         self.host = host
         self.token = None if is_loopback(host) else secrets.token_urlsafe(24)
-        kind = type("Server", (ThreadingHTTPServer,), {"address_family": _family(host), "daemon_threads": True})
+        kind = type(
+            "Server", (ThreadingHTTPServer,), {"address_family": _family(host), "daemon_threads": True}
+        )
         try:
             self.server = kind((host, port), _handler(text.encode("utf-8"), self.token))
         except OSError as error:
@@ -117,10 +120,10 @@ def _handler(page: bytes, token: str | None) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
         server_version, sys_version = "clbrdf", ""
 
-        def do_GET(self) -> None:  # noqa: N802 (as the library calls it)
+        def do_GET(self) -> None:
             self._answer(body=True)
 
-        def do_HEAD(self) -> None:  # noqa: N802
+        def do_HEAD(self) -> None:
             self._answer(body=False)
 
         def _answer(self, body: bool) -> None:
@@ -141,7 +144,7 @@ def _handler(page: bytes, token: str | None) -> type[BaseHTTPRequestHandler]:
             if body:
                 self.wfile.write(content)
 
-        def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+        def log_message(self, format: str, *args: object) -> None:
             """Say nothing of requests: the address may hold the token."""
 
     return Handler

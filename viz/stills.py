@@ -71,7 +71,7 @@ def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[f
         stops = subject.wavelength
         if len(stops) < 2:
             raise InputError(
-                f"{subject.name} has one wavelength, {stops[0]:g} nm; sweep over angles: --sweep theta-i"
+                f"{subject.name} has {subject.label(0)} only; sweep over angles: --sweep theta-i"
             )
         if frames is not None and frames < len(stops):
             stops = stops[np.linspace(0, len(stops) - 1, frames).round().astype(int)]

@@ -46,8 +46,14 @@ class Subject:
 
     @property
     def wavelength(self) -> Array:
-        """(W,), nm."""
+        """(W,), nm; of bands, which have none, 1 to W."""
+        if self.scan.bands:
+            return np.arange(1.0, len(self.scan.bands) + 1.0)
         return self.scan.wavelength
+
+    def label(self, column: int) -> str:
+        """Return what a column is called: "550 nm", or the name of a band."""
+        return self.scan.labels[column]
 
     def parameters(self, column: int) -> Array | None:
         """Parameters (P,) at one wavelength; None where nothing is fitted."""
@@ -66,6 +72,11 @@ class Subject:
 
     def check_wavelength(self, wavelength: float) -> None:
         """Raise InputError where a wavelength in nm lies far from all measured ones."""
+        if self.scan.bands:
+            if wavelength not in self.wavelength:
+                bands = ", ".join(f"{k} {name}" for k, name in enumerate(self.scan.bands, 1))
+                raise InputError(f"{self.name} has no wavelengths; choose a band by its number: {bands}")
+            return
         waves = self.wavelength
         gap = float(np.diff(waves).max()) if len(waves) > 1 else 0.0
         if np.abs(waves - wavelength).min() > max(gap, 1.0):
@@ -87,11 +98,16 @@ class Subject:
         return float(angles[np.abs(angles - 45.0).argmin()])
 
     def default_wavelength(self) -> float:
-        """Return the usable wavelength nearest to 550 nm: fitted if there is a fit, measured otherwise."""
+        """Return the usable wavelength nearest to 550 nm: fitted if there is a fit, measured otherwise.
+
+        Of bands, the middle one.
+        """
         usable = ~self.scan.mask.all(axis=0)
         if self.fit is not None:
             usable |= np.isfinite(self.fit.vector).all(axis=1)
         candidates = np.flatnonzero(usable) if usable.any() else np.arange(len(self.wavelength))
+        if self.scan.bands:
+            return float(self.wavelength[candidates[len(candidates) // 2]])
         return float(self.wavelength[candidates[np.abs(self.wavelength[candidates] - 550.0).argmin()]])
 
 
@@ -122,7 +138,7 @@ def _one_lobe(scan: Scan) -> tuple[Scan, str]:
     """Return the part of a scan that one lobe shows, and what its name has to say of it."""
     part, said = scan.reflection(), []
     if len(part) < len(scan):
-        said.append(f"reflection only, {len(part)} of {len(scan)} directions")
+        said.append("reflection")
     if len(part.rotations()):
         azimuths, counts = np.unique(part.phi_i, return_counts=True)
         phi_i = azimuths[counts.argmax()]

@@ -138,7 +138,7 @@ class Window:
 
     def _say_values(self) -> None:
         for slider, text in (
-            (self.wavelength_slider, f"λ = {self.control.wavelength:g} nm"),
+            (self.wavelength_slider, self.control.spectral_label),
             (self.incident_slider, f"θi = {self.control.theta_i:g}°"),
         ):
             if slider is not None:

@@ -23,6 +23,7 @@ from clbrdf.bench.memory import peak_memory
 from clbrdf.device import Device
 from clbrdf.errors import DeviceError
 from clbrdf.fit.problem import make_problem
+from clbrdf.geometry import Directions
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.optimizers import minimise
@@ -66,12 +67,9 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0) -> Scan:
         Factor on the number of view zeniths.
     """
     model, rng = get_model(), np.random.default_rng(2013)
-    count, spacing = VIEWS[incident]
-    theta_i = np.linspace(30.0, 60.0, 3) if incident == 3 else np.linspace(10.0, 60.0, 6)
-    theta_r = np.linspace(0.0, (count - 1) * spacing, round(count * views))
-    i, phi, r = (grid.ravel() for grid in np.meshgrid(theta_i, AZIMUTHS, theta_r, indexing="ij"))
+    d = race_directions(incident, views)
     nm = np.linspace(400.0, 800.0, wavelengths)
-    empty = Scan(i, np.zeros(1), r, phi, nm, np.ones((len(i), wavelengths)))
+    empty = Scan(d.theta_i, d.phi_i, d.theta_r, d.phi_r, nm, np.ones((len(d), wavelengths)))
     turn = 2.0 * np.pi * (nm - 400.0) / 400.0
     sets = model.vector(
         {
@@ -85,6 +83,15 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0) -> Scan:
     )
     exact = model.brdf(sets[:, None, :], model.features(empty.directions)).T
     return replace(empty, brdf=np.abs(exact * (1.0 + NOISE * rng.standard_normal(exact.shape))))
+
+
+def race_directions(incident: int, views: float = 1.0) -> Directions:
+    """Return the directions of a race: 3 or 6 incident angles, three azimuths, views times a factor."""
+    count, spacing = VIEWS[incident]
+    theta_i = np.linspace(30.0, 60.0, 3) if incident == 3 else np.linspace(10.0, 60.0, 6)
+    theta_r = np.linspace(0.0, (count - 1) * spacing, round(count * views))
+    i, phi, r = (grid.ravel() for grid in np.meshgrid(theta_i, AZIMUTHS, theta_r, indexing="ij"))
+    return Directions.relative(i, r, phi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +155,13 @@ def fit_in_child(method: str, incident: int, wavelengths: int, device: Device, v
         "views": views,
         "device": device.name,
     }
-    command = [sys.executable, "-c", "from clbrdf.bench.fit_race import child; child()", json.dumps(task)]
+    command = [
+        sys.executable,
+        "-P",
+        "-c",
+        "from clbrdf.bench.fit_race import child; child()",
+        json.dumps(task),
+    ]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     if ended.returncode != 0:
         last = ended.stderr.strip().splitlines()[-1:] or ["no message"]

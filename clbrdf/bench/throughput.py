@@ -32,6 +32,8 @@ Run = Callable[[], object]
 
 ROUNDS = 15
 CEILING_COUNT = 4096
+MODEL_SETS = 4096
+"""Parameter sets of the workload where models are compared."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,22 @@ def contenders_on(device: Device, folder: Path) -> list[Contender]:
     return out
 
 
+def model_contenders(name: str, device: Device, folder: Path) -> list[Contender]:
+    """Return E of the workload with one model, on the device and in C, in single and double precision."""
+    problem, sets = workload(device, MODEL_SETS, get_model(name))
+    out = []
+    for group, dtype, precision in (("fp32", np.float32, "fast:6"), ("fp64", np.float64, "double")):
+        if group == "fp64" and not device.has_double:
+            continue
+        evaluations = problem.size[1] * sets.shape[1]
+        launch, _ = prepare_objective(problem, sets, get_precision(precision))
+        out.append(Contender(f"OpenCL {name}", group, evaluations, launch))
+        peer = c_objective(problem, sets[0], dtype, folder)
+        if peer is not None:
+            out.append(Contender(f"C {name}", group, evaluations, peer))
+    return out
+
+
 def ceiling_run(device: Device, precision: Precision, lanes: Lanes, problem: Problem) -> tuple[int, Run]:
     """Return evaluations and run of the bare exp2 and multiply-add kernel."""
     import pyopencl as cl
@@ -147,7 +165,7 @@ def _start_in_child(folder: Path) -> dict[str, float]:
     caches = {"POCL_CACHE_DIR": str(folder / "pocl"), "XDG_CACHE_HOME": str(folder / "xdg")}
     (folder / "pocl").mkdir(exist_ok=True)
     ended = subprocess.run(
-        [sys.executable, "-c", "from clbrdf.bench.throughput import child; child()"],
+        [sys.executable, "-P", "-c", "from clbrdf.bench.throughput import child; child()"],
         capture_output=True,
         text=True,
         check=True,

@@ -13,7 +13,7 @@ from clbrdf.fit.batch import prepare_objective
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.geometry import Directions
 from clbrdf.lanes import Lanes
-from clbrdf.models import get_model
+from clbrdf.models import Model, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.precision import Precision
 from clbrdf.scan import Scan
@@ -33,9 +33,9 @@ def workload_directions() -> Directions:
     return Directions.relative(np.repeat(INCIDENT, VIEW_COUNT), theta_r, np.full(1, 180.0))
 
 
-def workload(device: Device, sets: int = SETS) -> tuple[Problem, Array]:
+def workload(device: Device, sets: int = SETS, model: Model | None = None) -> tuple[Problem, Array]:
     """Return one wavelength × 774 directions, and parameter sets (1, sets, P) near its optimum."""
-    model, rng = get_model(), np.random.default_rng(2013)
+    model, rng = model or get_model(), np.random.default_rng(2013)
     directions = workload_directions()
     theta_i, theta_r = directions.theta_i, directions.theta_r
     centre = model.defaults

@@ -13,11 +13,14 @@ from clbrdf.errors import ClbrdfError
 
 COMMANDS = {
     "demo": "run the main job end to end",
-    "import": "bring a measured file into a scan",
+    "import": "bring measured files of any known format into a scan",
+    "formats": "list the formats that are read and written",
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
+    "export": "write a fit or a scan in other people's formats",
+    "render": "picture a material on a sphere and a panel, by Mitsuba",
     "evaluate": "print model values as a table",
     "simulate": "simulate a scene with the instrument effects it asks for",
     "measure": "run a measurement plan on the rig",

@@ -14,6 +14,7 @@ from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
+from clbrdf.cli.bench_models import bench_models_fit, bench_models_throughput, listed_models
 from clbrdf.cli.bench_optimizers import (
     OptimizerOptions,
     bench_optimizers,
@@ -36,6 +37,10 @@ def command(
     what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references"],
     /,
     *,
+    model: Annotated[
+        str | None,
+        Parameter(help="throughput, fit: a model or several (a,b+c), or all, beside C or least squares"),
+    ] = None,
     device: DeviceName = None,
     json: JsonFile = None,
     png: Annotated[Path | None, Parameter(help="accuracy, optimizers: also draw the tables")] = None,
@@ -64,8 +69,13 @@ def command(
         check_unused(replace(options, full=False), what)
     elif what != "optimizers":
         check_unused(options, what)
+    if model is not None and what not in ("throughput", "fit"):
+        raise InputError(f"--model: bench {what} does not take it; bench throughput and bench fit do")
     chosen = choose_device(device)
-    if what == "throughput":
+    if model is not None:
+        bench = bench_models_throughput if what == "throughput" else bench_models_fit
+        content = bench(listed_models(model), chosen)
+    elif what == "throughput":
         content = _throughput(chosen)
     elif what == "accuracy":
         content = _accuracy(chosen, png, overwrite)

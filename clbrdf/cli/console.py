@@ -45,7 +45,7 @@ def make_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]
         # Numbers are never cut: where a terminal is too narrow for them, its lines wrap.
         widest = max([len(name), *(len(row[place]) for row in texts)]) if place >= left else None
         justify: Literal["left", "right"] = "left" if place < left else "right"
-        table.add_column(name, justify=justify, no_wrap=place >= left, min_width=widest)
+        table.add_column(name, justify=justify, no_wrap=place >= left, min_width=widest, overflow="fold")
     for row in texts:
         table.add_row(*row)
     return table

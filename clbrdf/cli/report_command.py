@@ -44,6 +44,12 @@ def command(
     from clbrdf.viz.report import write_report
 
     result = Fit.open(files[0])
+    if result.scan.bands:
+        names = ", ".join(result.scan.bands)
+        raise InputError(
+            f"{files[0]}: a report draws over wavelengths, and the fit has the bands {names};"
+            " 'clbrdf info' shows its table"
+        )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
         written, missing = write_report(result, output, overwrite, chosen, report)

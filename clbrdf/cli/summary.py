@@ -52,8 +52,16 @@ def print_scan(title: str, scan: Scan) -> None:
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
-    rows += [[f"made by: {key}", value] for key, value in scan.provenance.items()]
+    rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
+
+
+def _origin(key: str) -> str:
+    """Return what a key of the provenance is called in a table."""
+    kind, _, rest = key.partition("_")
+    if kind == "guard":
+        return f"taken: {rest.partition('_')[2]}"
+    return "read" if kind == "read" else f"made by: {key}"
 
 
 def print_scans(title: str, scans: Mapping[str, Scan]) -> None:

@@ -149,13 +149,18 @@ def command(
 
 
 def _check_page(
-    wavelength: str | None, theta_i: str | None, overlay: bool, difference: bool, colour: str, floor: float | None
+    wavelength: str | None,
+    theta_i: str | None,
+    overlay: bool,
+    difference: bool,
+    colour: str,
+    floor: float | None,
 ) -> None:
     """Raise InputError where something is asked for that the page has its own control for, or has not."""
     for name, given in (("--overlay", overlay), ("--difference", difference)):
         if given:
             raise InputError(
-                f"{name} belongs to pictures and the window; the page shows deviations, and ratios of two files"
+                f"{name} belongs to pictures and the window; the page has deviations, and ratios of files"
             )
     if colour != "value" or floor is not None:
         raise InputError("--colour and --floor belong to pictures and the window, not to --html or --serve")

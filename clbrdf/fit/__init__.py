@@ -118,6 +118,8 @@ def fit(
     scan, weights, left_out = _reflection(scan, weights)
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    if smooth is not None and scan.bands:
+        raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
     _check_number("rtol", rtol, BEST, 1.0)
     start = time.perf_counter()

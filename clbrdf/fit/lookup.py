@@ -19,6 +19,7 @@ from clbrdf.fit.chains import free_linear, search_library
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
+from clbrdf.fit.thin import thinned
 from clbrdf.precision import get_precision
 from clbrdf.program import Variant, build, upload, work_group
 from clbrdf.progress import Report
@@ -28,8 +29,17 @@ Array = npt.NDArray[np.float64]
 GRID = {1: 64, 2: 24}
 """Values of each of one or two nonlinear parameters."""
 
+LOOKED_AT = 256
+"""Of the lowest shapes, among which the starts are chosen."""
+
 APART = 1.0 / 12.0
 """Starts lie at least this share of a coordinate's range apart in one nonlinear coordinate."""
+
+MOST_DIRECTIONS = 256
+"""That the look-up sums over; the polish takes all."""
+
+FIRST = 4
+"""Starts that go to the end first: where they come to one optimum, the others are not asked."""
 
 TYPICAL_PASSES = 60
 """Of the polish, each some three model evaluations."""
@@ -84,13 +94,12 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
     """
     w = problem.size[0]
     shapes = shape_set(problem, settings.shapes)
-    energy, linear = look_up(problem, shapes)
+    energy, linear = look_up(thinned(problem, MOST_DIRECTIONS), shapes)
     report(1, 1)
     searched = [j for j in problem.free if j not in problem.model.linear]
     unit = _unit(problem, shapes)[:, searched]
-    near = np.asarray((np.abs(unit[:, None] - unit[None]) < APART).all(axis=-1))
     count = min(settings.starts, len(shapes))
-    chosen = _lowest_apart(np.nan_to_num(energy, nan=np.inf), near, count)
+    chosen = _lowest_apart(np.nan_to_num(energy, nan=np.inf), unit, count)
     starts = np.repeat(problem.lower[:, None], count, axis=1)
     starts[..., searched] = shapes[chosen][..., searched]
     for k, place in enumerate(free_linear(problem)):
@@ -101,6 +110,7 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
         acceptance=np.full(w, np.nan),
         not_finite=np.count_nonzero(np.isnan(energy), axis=1).astype(np.int64),
         doubtful=np.zeros(w, dtype=np.bool_),
+        first=FIRST,
     )
 
 
@@ -163,14 +173,21 @@ def _unit(problem: Problem, coordinates: Array) -> Array:
     return out
 
 
-def _lowest_apart(energy: Array, near: npt.NDArray[np.bool_], count: int) -> npt.NDArray[np.intp]:
-    """Places (W, count) of the lowest of energies (W, K), no two of them near (K, K) each other."""
-    open_energy, rows, out = energy.copy(), np.arange(len(energy)), []
+def _lowest_apart(energy: Array, unit: Array, count: int) -> npt.NDArray[np.intp]:
+    """Places (W, count) of the lowest of energies (W, K) whose coordinates (K, D) lie apart from each other.
+
+    Where fewer lie apart, the lowest of the others follow.
+    """
+    most = min(energy.shape[1], max(LOOKED_AT, 2 * count))
+    best = np.argsort(energy, axis=1, kind="stable")[:, :most]
+    where, rows = unit[best], np.arange(len(best))
+    apart_from_all = np.ones(best.shape, dtype=np.bool_)
+    rank, out = np.broadcast_to(np.arange(most), best.shape), []
+    taken = np.zeros(best.shape, dtype=np.bool_)
     for _ in range(count):
-        lowest = open_energy.argmin(axis=1)
-        # Where all are taken, the lowest that was not chosen itself comes next.
-        none_left = ~np.isfinite(open_energy[rows, lowest])
-        lowest = np.where(none_left, energy.argmin(axis=1), lowest)
-        out.append(lowest)
-        open_energy[near[lowest]] = np.inf
+        # The first that lies apart; where there is none, the first that was not taken.
+        place = np.where(taken, 2 * most, np.where(apart_from_all, rank, most + rank)).argmin(axis=1)
+        out.append(best[rows, place])
+        taken[rows, place] = True
+        apart_from_all &= (np.abs(where - where[rows, place][:, None]) >= APART).any(axis=-1)
     return np.stack(out, axis=1)

@@ -1,12 +1,14 @@
 """From good starts to a stationary point: bounded Levenberg–Marquardt, batched in a kernel.
 
 Most of the way goes in single precision, where a vector holds twice the lanes; ends that are then clearly
-higher than the lowest stay where they are, and the others go on in double precision to the last digit.
+higher than the lowest stay where they are, and the others go on in double precision. They do so in rounds:
+after each, an end that has come as low as the lowest has told what it can, and the lowest alone goes on to
+the last digit, together with those that may still fall below it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -20,13 +22,22 @@ from clbrdf.program import Variant, build, upload, work_group
 
 Array = npt.NDArray[np.float64]
 
-MOST_ITERATIONS = 300
+ROUNDS = (6, 8, 16, 32, 64, 174)
+"""Iterations of each round in double precision."""
+
+MOST_ITERATIONS = sum(ROUNDS)
 TOLERANCE = 1e-14
 """Stop where a step would lower E by less than this, relative: below it rounding decides."""
 
 ROUGH_ITERATIONS = 12
 ROUGH_TOLERANCE = 1e-3
 """Of the way in single precision, whose E is good to about 1e-6, or to 1e-3 where E is below 1e-9."""
+
+AS_LOW = 1e-6
+"""Ends within this share of the lowest E have come to the same optimum."""
+
+EXACT = 1e-24
+"""E below this is rounding: all such ends are as low as the lowest."""
 
 CLEARLY_HIGHER = 1.1
 """Ends of the first way above this many times the lowest are given up."""
@@ -44,7 +55,7 @@ class Polished:
     ----------
     coordinates : (W, K, P) float64
     objective : (W, K) float64
-        E at the ends.
+        E at the ends; infinite for those that were not asked because the first had agreed.
     evaluations : (W, K) int64
         Passes over the directions.
     converged : (W, K) bool
@@ -63,8 +74,11 @@ def check_polish(depth: str) -> None:
         raise InputError(f"polish is {depth!r}; give one of {', '.join(DEPTHS)}")
 
 
-def polish(problem: Problem, starts: Array, depth: str = "double") -> Polished:
+def polish(problem: Problem, starts: Array, depth: str = "double", first: int = 0) -> Polished:
     """Polish starts (W, K, P) at their wavelengths; those given up on the way keep E of single precision.
+
+    With `first`, so many of the lowest go to the end before the others; where they all come to the same
+    optimum, the others stay where they are.
 
     Raises
     ------
@@ -80,16 +94,52 @@ def polish(problem: Problem, starts: Array, depth: str = "double") -> Polished:
     given_up = (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True)) & usable
     if depth == "single":
         return _judged(problem, q, rough.evaluations + 1)
-    # The lowest side by side: lanes of one vector then need about as many steps.
-    order = np.argsort(energy, axis=1, kind="stable")
-    q, given_up = np.take_along_axis(q, order[..., None], axis=1), np.take_along_axis(given_up, order, axis=1)
-    fine = descend(problem, q, get_precision("double"), MOST_ITERATIONS, TOLERANCE, given_up)
-    return Polished(
-        coordinates=np.where(given_up[..., None], q, fine.coordinates),
-        objective=np.where(given_up, np.take_along_axis(energy, order, axis=1), fine.objective),
-        evaluations=np.take_along_axis(rough.evaluations, order, axis=1) + fine.evaluations,
-        converged=fine.converged & ~given_up,
-    )
+    ends = Polished(q, energy, rough.evaluations, np.zeros_like(given_up))
+    if not 0 < first < starts.shape[1]:
+        return _to_the_end(problem, ends, ~given_up, np.zeros_like(given_up))
+    rank = np.argsort(np.argsort(energy, axis=1, kind="stable"), axis=1, kind="stable")
+    early = ~given_up & (rank < first)
+    ends = _to_the_end(problem, ends, early, np.zeros_like(given_up))
+    agreed = (_as_low(ends.objective, early) == early).all(axis=1, keepdims=True)
+    ends = _to_the_end(problem, ends, ~given_up & ~early & ~agreed, early)
+    # E of single precision may round below that of double: it is no match for it.
+    unasked = ~given_up & ~early & agreed
+    return replace(ends, objective=np.where(unasked, np.inf, ends.objective))
+
+
+def _to_the_end(
+    problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], done: npt.NDArray[np.bool_]
+) -> Polished:
+    """Descend in double precision, round by round, from the ends `moving`; those `done` are at their own."""
+    rows, asked = np.arange(len(moving)), moving | done
+    for iterations in ROUNDS:
+        # Those that go on side by side, the lowest first: lanes of one vector then need about as many steps.
+        order = np.argsort(np.where(moving, ends.objective, np.inf), axis=1, kind="stable")
+        place = order[:, : int(moving.sum(axis=1).max())]
+        if place.shape[1] == 0:
+            break
+        still = ~np.take_along_axis(moving, place, axis=1)
+        q = np.take_along_axis(ends.coordinates, place[..., None], axis=1)
+        part = descend(problem, q, get_precision("double"), iterations, TOLERANCE, still)
+        w, k = np.broadcast_to(rows[:, None], place.shape)[~still], place[~still]
+        coordinates, objective = ends.coordinates.copy(), ends.objective.copy()
+        evaluations, converged = ends.evaluations.copy(), ends.converged.copy()
+        coordinates[w, k], objective[w, k] = part.coordinates[~still], part.objective[~still]
+        evaluations[w, k] += part.evaluations[~still]
+        converged[w, k] = part.converged[~still]
+        ends = Polished(coordinates, objective, evaluations, converged)
+        judged = np.where(asked & np.isfinite(objective), objective, np.inf)
+        resting = _as_low(objective, asked) | (judged > CLEARLY_HIGHER * judged.min(axis=1, keepdims=True))
+        resting[rows, judged.argmin(axis=1)] = False
+        moving = moving & ~converged & ~resting
+    return ends
+
+
+def _as_low(objective: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Which of the ends that are asked (W, K) are as low as the lowest of them."""
+    judged = np.where(asked & np.isfinite(objective), objective, np.inf)
+    level = np.maximum(judged.min(axis=1, keepdims=True) * (1.0 + AS_LOW), EXACT)
+    return np.asarray(asked & (judged <= level))
 
 
 def _judged(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:

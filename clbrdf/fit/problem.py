@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.device import Device
+from clbrdf.geometry import mirror_distance
 from clbrdf.models import Model
 from clbrdf.objective import residual_scale
 from clbrdf.scan import Scan
@@ -35,6 +36,8 @@ class Problem:
         Limits in the model's coordinates q; equal for a parameter that is given.
     free : tuple of int
         Places of the parameters that are not given.
+    mirror : (N,) float64
+        Distance from the mirror direction, a quarter of |β − β0|² in direction cosines.
     keys : (W,) uint32
         Name each wavelength for the random numbers: its picometres, so that a wavelength draws the same
         numbers whatever else is in the scan.
@@ -50,6 +53,7 @@ class Problem:
     lower: Array
     upper: Array
     free: tuple[int, ...]
+    mirror: Array
     keys: npt.NDArray[np.uint32]
     device: Device
 
@@ -81,6 +85,8 @@ class Candidates:
         Evaluations whose E was not finite; they were refused.
     doubtful : (W,) bool
         Where the search itself saw that it may have to look again.
+    first : int
+        Starts that are polished first, the others only where these disagree; 0 for all at once.
     """
 
     coordinates: Array
@@ -88,6 +94,7 @@ class Candidates:
     acceptance: Array
     not_finite: npt.NDArray[np.int64]
     doubtful: npt.NDArray[np.bool_]
+    first: int = 0
 
 
 def make_problem(
@@ -132,6 +139,7 @@ def make_problem(
         lower=np.ascontiguousarray(limits[..., 0]),
         upper=np.ascontiguousarray(limits[..., 1]),
         free=tuple(j for j, row in enumerate(model.parameters) if row.name not in known),
+        mirror=mirror_distance(scan.directions)[order],
         keys=scan.column_keys,
         device=device,
     )

@@ -19,9 +19,9 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.polish import polish
+from clbrdf.fit.polish import EXACT, polish
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.solve import EXACT, Solution
+from clbrdf.fit.solve import Solution
 
 Array = npt.NDArray[np.float64]
 

@@ -10,17 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.methods import Method
-from clbrdf.fit.polish import Polished, polish
+from clbrdf.fit.polish import AS_LOW, EXACT, Polished, polish
 from clbrdf.fit.problem import Problem
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
-
-AGREE = 1e-6
-"""Ends within this share of the lowest E have come to the same optimum."""
-
-EXACT = 1e-24
-"""E below this is rounding: all such ends agree."""
 
 ENOUGH = 0.3
 """Share of the starts that have to agree for the first look to be the last."""
@@ -80,7 +74,7 @@ def joined(parts: Sequence[Solution]) -> Solution:
 
 def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
     found = method.search(problem, settings, seed, report)
-    polished = polish(problem, found.coordinates, settings.polish)
+    polished = polish(problem, found.coordinates, settings.polish, found.first)
     best, agreeing = _lowest(polished)
     rows = np.arange(len(best))
     return Solution(
@@ -100,7 +94,7 @@ def _lowest(polished: Polished) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.in
     """Return the place of the lowest end (W,) and how many agree with it (W,)."""
     ends = np.where(np.isfinite(polished.objective), polished.objective, np.inf)
     best = ends.argmin(axis=1)
-    level = np.maximum(ends.min(axis=1) * (1.0 + AGREE), EXACT)
+    level = np.maximum(ends.min(axis=1) * (1.0 + AS_LOW), EXACT)
     return best, (ends <= level[:, None]).sum(axis=1)
 
 
@@ -119,7 +113,7 @@ def _merged(first: Solution, second: Solution, rows: npt.NDArray[np.intp]) -> So
         return out
 
     best = np.minimum(first.objective[rows], second.objective)
-    level = np.maximum(best * (1.0 + AGREE), EXACT)
+    level = np.maximum(best * (1.0 + AS_LOW), EXACT)
     agreeing = first.agreeing.copy()
     agreeing[rows] = np.where(first.objective[rows] <= level, agreeing[rows], 0)
     agreeing[rows] += np.where(second.objective <= level, second.agreeing, 0)

@@ -17,8 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.methods import Method, get_method
+from clbrdf.fit.polish import EXACT
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.solve import EXACT, solve
+from clbrdf.fit.solve import solve
 from clbrdf.progress import silent
 
 SAMPLE = 32

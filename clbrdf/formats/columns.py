@@ -1,217 +1,293 @@
-"""Measured BRDF as text in columns: one row a value (CSV), as described in `read_columns`."""
+"""Measured BRDF as text in columns: one row a value.
+
+The first line that is not empty and does not begin with # names the columns, in any order and any case; the
+unit is the end of the name:
+
+- ``wavelength_nm`` (or _um, _mm, _m, _angstrom), ``theta_i_deg``, ``theta_r_deg`` (or _rad, _mrad)
+- ``dphi_deg``, φr − φi with 180 forward; or ``phi_i_deg`` and ``phi_r_deg``; without them zeniths have signs
+- ``fr_per_sr`` or ``brdf_per_sr``; or ``reflectance_factor``, π f; an empty cell is a value not measured
+- optional: ``fr_std_per_sr`` (1σ, may be empty), ``sample``, ``flag`` (reasons joined by ";"; any reason
+  masks the value), ``bandpass_nm``, ``solid_angle_sr``
+
+Other names in use are known, too (``incidence``, ``emission``, ``azimuth``, …), and columns with other
+names are left out. The separator is the comma, the semicolon, the tab or white space. A direction that occurs
+several times at one wavelength (a drift check, a repeat) makes as many directions of the scan.
+"""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.gather import Row, gather
-from clbrdf.scan import Scan
+from clbrdf.flags import FLAGS, MOST_FLAGS
+from clbrdf.formats.columns_write import SETTLED, write
+from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns
+from clbrdf.formats.reading import SURE as SURE_ALL
+from clbrdf.formats.reading import Reading, Stated
+from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
+from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
+from clbrdf.formats.table import long_reading
+from clbrdf.formats.text import read_text
+from clbrdf.units import LENGTH, LONGEST, SHORTEST
 
-ANGLE_UNITS = {"deg": 1.0, "rad": 180.0 / np.pi, "mrad": 0.18 / np.pi}
-LENGTH_UNITS = {"nm": 1.0, "um": 1e3, "µm": 1e3, "μm": 1e3, "mm": 1e6, "m": 1e9, "angstrom": 0.1}
-SHORTEST, LONGEST = 10.0, 1e6
-"""nm; beyond, the unit of a column is wrong."""
+Array = npt.NDArray[np.float64]
 
-BRDF_UNITS = {"per_sr": 1.0, "1_sr": 1.0, "sr-1": 1.0}
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A column that may occur: its names without unit, the units it may have, and if it has to be there."""
-
-    names: tuple[str, ...]
-    units: dict[str, float] | None
-    required: bool = True
+MICROMETRE = LENGTH["um"]
+TEXT_ENDINGS = (".csv", ".tsv", ".txt", ".dat")
 
 
-QUANTITIES = {
-    "wavelength": Quantity(("wavelength", "lambda"), LENGTH_UNITS),
-    "theta_i": Quantity(("theta_i",), ANGLE_UNITS),
-    "theta_r": Quantity(("theta_r", "theta_s", "theta_v"), ANGLE_UNITS),
-    "phi": Quantity(("dphi", "phi", "delta_phi"), ANGLE_UNITS, required=False),
-    "phi_i": Quantity(("phi_i",), ANGLE_UNITS, required=False),
-    "phi_r": Quantity(("phi_r", "phi_s", "phi_v"), ANGLE_UNITS, required=False),
-    "brdf": Quantity(("fr", "brdf"), BRDF_UNITS),
-    "sigma": Quantity(("fr_std", "brdf_std", "fr_errors", "brdf_errors"), BRDF_UNITS, required=False),
-    "sample": Quantity(("sample",), None, required=False),
-    "flag": Quantity(("flag", "flags"), None, required=False),
-}
+def sniff(head: Head) -> int:
+    """Return SURE where a line names a wavelength, zeniths and values; LIKELY for other text tables."""
+    if not head.text:
+        return NO
+    lines = [line for line in head.lines if not line.startswith("#")]
+    if find_heading(lines, _fits) is not None:
+        return SURE
+    table = bool(lines) and any(mark in lines[0] for mark in ",;\t")
+    return LIKELY if head.path.suffix.casefold() in TEXT_ENDINGS or table else NO
 
 
-def read_columns(paths: Sequence[str | Path], sample: str | None = None) -> Scan:
-    """Read CSV files into one scan.
+def _fits(cells: list[str]) -> bool:
+    try:
+        found = find_columns(Path(), cells, LONG)
+    except InputError:
+        return False
+    axis = "wavelength" in found or "band" in found
+    return axis and {"theta_i", "theta_r"} <= found.keys() and any(name in found for name in VALUES)
 
-    The first line that is not empty and does not begin with # names the columns, in any order and any
-    case; the unit is the end of the name:
 
-    - ``wavelength_nm`` (or _um, _mm, _m, _angstrom), ``theta_i_deg``, ``theta_r_deg`` (or _rad, _mrad)
-    - ``dphi_deg``, φr − φi with 180 forward; or ``phi_i_deg`` and ``phi_r_deg``
-    - ``fr_per_sr`` or ``brdf_per_sr``; an empty cell is a value not measured
-    - optional: ``fr_std_per_sr`` (1σ, may be empty), ``sample``, ``flag`` (reasons joined by ";"; any
-      reason masks the value)
+@dataclass
+class _Rows:
+    """What is gathered block by block."""
 
-    Columns with other names are left out. The separator is the comma, the semicolon or the tab,
-    whichever the first line has most of. A direction that occurs several times at one wavelength (a
-    drift check, a repeat) makes as many directions of the scan.
+    numbers: dict[str, list[Array]] = field(default_factory=dict)
+    lines: list[Array] = field(default_factory=list)
+    samples: list[npt.NDArray[np.intp]] = field(default_factory=list)
+    flags: list[npt.NDArray[np.uint32]] = field(default_factory=list)
+    sample_numbers: dict[str, int] = field(default_factory=dict)
+    bands: dict[str, int] = field(default_factory=dict)
+    reasons: dict[str, int] = field(default_factory=dict)
 
-    Parameters
-    ----------
-    paths : sequence of path
-        Files that together hold the scan.
-    sample : str, optional
-        Which sample to take; needed where the files hold several.
+
+def read(path: Path) -> list[Reading]:
+    """Read a table of columns: one reading a sample.
 
     Raises
     ------
     InputError
-        Naming file, line and column: a file that is missing, empty or not text, a column missing or
-        given twice, a unit unknown, a line with too few or too many cells, text in a number, an angle or
-        wavelength out of range, no such sample, or several and none chosen.
+        Naming line and column: a file that is empty or no text, a column missing or given twice, a unit
+        unknown, a line with too few or too many cells, text in a number, no such thing as a σ.
     """
-    rows: list[Row] = []
-    for path in paths:
-        rows += _read_file(Path(path))
-    names = sorted({row.sample for row in rows})
-    listed = ", ".join(repr(name) for name in names)
-    where = ", ".join(str(path) for path in paths)
-    if sample is None and len(names) > 1:
-        raise InputError(f"{where}: holds {len(names)} samples; choose one with --sample: {listed}")
-    if sample is not None and sample not in names:
-        raise InputError(f"{where}: no sample is called {sample!r}; there are {listed}")
-    wanted = names[0] if sample is None else sample
-    provenance = {"input": ", ".join(Path(path).name for path in paths), "format": "columns (CSV)"}
-    return gather([row for row in rows if row.sample == wanted], wanted, provenance)
-
-
-def _read_file(path: Path) -> list[Row]:
-    if not path.exists():
-        raise InputError(f"{path}: no such file")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path}: not a text file (byte {error.start} is no UTF-8); give a CSV file"
-        ) from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    lines = ((k, line) for k, line in enumerate(io.StringIO(text, newline=None), start=1))
-    content = [(k, line) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if len(content) < 2:
-        raise InputError(f"{path}: no data; the first line names the columns, the next ones hold values")
-    separator = max(",;\t", key=content[0][1].count)
-    header, *body = csv.reader((line for _, line in content), delimiter=separator)
-    columns = _columns(path, header)
+    text = read_text(path)
+    sheet = open_sheet(path, text, _fits)
+    columns = find_columns(path, sheet.names, LONG)
+    value = _value_column(sheet, columns)
+    rows = _Rows()
+    for block in sheet.blocks():
+        _gather(sheet, columns, value, block, rows)
+    joined = {name: np.concatenate(parts) for name, parts in rows.numbers.items()}
+    samples, flags = np.concatenate(rows.samples), np.concatenate(rows.flags)
+    lines = np.concatenate(rows.lines)
+    names = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
+    flags = _translated(flags, rows.reasons, names)
+    text_start = text.lstrip("\ufeff")[: len(SETTLED)]
+    stated = Stated(sure=SURE_ALL) if text_start == SETTLED else _stated(columns, value)
+    bands = tuple(rows.bands)
     return [
-        _row(path, number, cells, len(header), columns)
-        for (number, _), cells in zip(content[1:], body, strict=True)
+        _reading(path, joined, np.flatnonzero(samples == k), flags, names, lines, sample, stated, bands)
+        for sample, k in sorted(rows.sample_numbers.items())
     ]
 
 
-def _columns(path: Path, header: Sequence[str]) -> dict[str, tuple[int, str, float]]:
-    """Map each quantity found to (place, name as written, factor to deg, nm or 1/sr)."""
-    found: dict[str, tuple[int, str, float]] = {}
-    for place, cell in enumerate(header):
-        written = cell.strip()
-        match = _quantity(path, written)
-        if match is None:
-            continue
-        quantity, factor = match
-        if quantity in found:
-            raise InputError(
-                f"{path}: columns {found[quantity][1]!r} and {written!r} both give {quantity}; keep one"
-            )
-        found[quantity] = (place, written, factor)
-    missing = [name for name, q in QUANTITIES.items() if q.required and name not in found]
-    if "phi" not in found and not {"phi_i", "phi_r"} <= found.keys():
-        missing.append("phi")
+def _value_column(sheet: Sheet, columns: Mapping[str, Column]) -> str:
+    values = [name for name in VALUES if name in columns]
+    missing = [name for name in ("wavelength", "theta_i", "theta_r") if name not in columns]
+    if "band" in columns and missing[:1] == ["wavelength"]:
+        missing = missing[1:]
+    if not values:
+        missing.append("brdf")
+    if len(values) > 1:
+        written = " and ".join(repr(columns[name].written) for name in values)
+        raise InputError(f"{sheet.path}: columns {written} both give values; keep one")
     if missing:
-        first = QUANTITIES[missing[0]]
-        unit = next(iter(first.units or {}))
+        unit = {"wavelength": "_nm", "brdf": "_per_sr"}.get(missing[0], "_deg")
         raise InputError(
-            f"{path}: no column for {', '.join(missing)}; name it like {first.names[0]}_{unit}."
-            f" Columns found: {', '.join(cell.strip() for cell in header)}"
+            f"{sheet.path}: no column for {', '.join(missing)}; name it like"
+            f" {LONG[missing[0]].names[0]}{unit}. Columns found: {', '.join(sheet.names)}"
         )
-    return found
+    return values[0]
 
 
-def _quantity(path: Path, written: str) -> tuple[str, float] | None:
-    name = written.casefold()
-    # Longest names first: fr_std_per_sr is not fr with the unit std_per_sr.
-    known = sorted(
-        ((stem, key) for key, q in QUANTITIES.items() for stem in q.names), key=lambda pair: -len(pair[0])
+def _stated(columns: Mapping[str, Column], value: str) -> Stated:
+    angles = [columns[name] for name in ("theta_i", "theta_r", "phi", "phi_i", "phi_r") if name in columns]
+    has_unit = all(column.factor is not None for column in angles)
+    azimuth = "phi" in columns or {"phi_i", "phi_r"} <= columns.keys()
+    return Stated(
+        angle="deg" if has_unit else None,
+        length=_length(columns),
+        forward=180.0 if azimuth else None,
+        cosine=value == "dsf",
+        scale="pi" if value == "factor" else None if columns[value].factor is None else "1",
+        sure=frozenset(),
     )
-    for stem, key in known:
-        units = QUANTITIES[key].units
-        if name == stem and units is None:
-            return key, 1.0
-        if units is not None and (name == stem or name.startswith(f"{stem}_")):
-            unit = name[len(stem) + 1 :]
-            if unit not in units:
-                said = f"has the unit {unit!r}" if unit else "has no unit"
-                raise InputError(f"{path}: column {written!r} {said}; known are {', '.join(units)}")
-            return key, units[unit]
-    return None
 
 
-def _row(
-    path: Path, line: int, cells: Sequence[str], width: int, columns: dict[str, tuple[int, str, float]]
-) -> Row:
-    if len(cells) != width:
-        raise InputError(f"{path}, line {line}: {len(cells)} cells, and the first line names {width} columns")
+def _length(columns: Mapping[str, Column]) -> str | None:
+    """Return the unit of wavelengths: µm as they stand, others in nm."""
+    if "band" in columns:
+        return "nm"
+    factor = columns["wavelength"].factor
+    return None if factor is None else "um" if factor == MICROMETRE else "nm"
 
-    def text(quantity: str) -> str:
-        return cells[columns[quantity][0]].strip() if quantity in columns else ""
 
-    def value(quantity: str, empty: float = float("nan")) -> float:
-        place, written, factor = columns[quantity]
-        cell = cells[place].strip()
-        if not cell and quantity in ("brdf", "sigma"):
-            return empty
-        try:
-            return float(cell) * factor
-        except ValueError:
-            raise InputError(f"{path}, line {line}, column {written}: {cell!r} is not a number") from None
+def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Block, rows: _Rows) -> None:
+    """Take the numbers and texts of a block."""
 
-    def angle(quantity: str) -> float:
-        degrees = value(quantity)
-        written = columns[quantity][1]
-        zenith = quantity.startswith("theta")
-        if not np.isfinite(degrees) or (zenith and not 0.0 <= degrees < 90.0):
-            rule = "zenith angles lie in [0°, 90°)" if zenith else "it has to be finite"
-            raise InputError(
-                f"{path}, line {line}, column {written}: {text(quantity)} is out of range; {rule}"
-            )
-        return degrees
+    def put(name: str, column: str, empty: bool = False) -> Array:
+        factor = columns[column].factor
+        if column == "wavelength" and factor == MICROMETRE:
+            factor = 1.0  # the guard looks at them as they stand
+        values = sheet.numbers(block, columns[column].place, empty) * (1.0 if factor is None else factor)
+        rows.numbers.setdefault(name, []).append(values)
+        return values
 
-    wavelength = value("wavelength")
-    if not SHORTEST <= wavelength <= LONGEST:
-        place = f"{path}, line {line}, column {columns['wavelength'][1]}"
+    def check(column: str, bad: npt.NDArray[np.bool_], rule: str) -> None:
+        if bad.any():
+            place = int(np.argmax(bad))
+            where = f"{sheet.path}, line {block.lines[place]}, column {columns[column].written}"
+            raise InputError(f"{where}: {block.cells[columns[column].place][place].strip()} {rule}")
+
+    for name in ("theta_i", "theta_r"):
+        values = put(name, name)
+        check(name, ~np.isfinite(values), "is out of range; it has to be finite")
+        check(name, np.abs(values) > 360.0, "is out of range; zenith angles lie in [0°, 90°)")
+    for name in ("phi", "phi_i", "phi_r"):
+        if name in columns:
+            check(name, ~np.isfinite(put(name, name)), "is out of range; it has to be finite")
+    n = len(block.lines)
+    if "wavelength" in columns:
+        _wavelengths(columns, put, check)
+    else:
+        names = [text.strip() for text in block.cells[columns["band"].place]]
+        places = [rows.bands.setdefault(name, len(rows.bands)) for name in names]
+        rows.numbers.setdefault("wavelength", []).append(np.array(places, dtype=np.float64))
+    values = put("values", value, empty=True)
+    for name in ("bandpass", "solid_angle"):
+        if name in columns:
+            put(name, name, empty=True)
+    if "sigma" in columns:
+        sigma = put("sigma", "sigma", empty=True)
+        check("sigma", (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
+    rows.lines.append(np.array(block.lines, dtype=np.float64))
+    samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
+    numbers = [rows.sample_numbers.setdefault(text.strip(), len(rows.sample_numbers)) for text in samples]
+    rows.samples.append(np.array(numbers, dtype=np.intp))
+    flags = np.zeros(n, np.uint32)
+    if "flag" in columns:
+        for k, cell in enumerate(block.cells[columns["flag"].place]):
+            for word in cell.split(";") if cell.strip() else ():
+                if word.strip():
+                    flags[k] |= np.uint32(1 << _bit(sheet, word.strip(), rows.reasons))
+    empty = [not cell.strip() for cell in block.cells[columns[value].place]] if np.isnan(values).any() else []
+    if any(empty):
+        flags[np.array(empty)] |= np.uint32(1 << _bit(sheet, "not_measured", rows.reasons))
+    rows.flags.append(flags)
+
+
+def _wavelengths(
+    columns: Mapping[str, Column], put: Callable[..., Array], check: Callable[..., None]
+) -> None:
+    wavelength = put("wavelength", "wavelength")
+    check("wavelength", ~(np.isfinite(wavelength) & (wavelength > 0.0)), "is no wavelength of light")
+    nm = wavelength * (MICROMETRE if columns["wavelength"].factor == MICROMETRE else 1.0)
+    light = (nm >= SHORTEST) & (nm <= LONGEST)
+    # Where none is light, the unit is another, which the guard sees; where some are not, those are wrong.
+    if light.any() and columns["wavelength"].factor is not None:
+        rule = "is no wavelength of light in this unit; name the column wavelength_nm or wavelength_um"
+        check("wavelength", ~light, rule)
+
+
+def _bit(sheet: Sheet, reason: str, reasons: dict[str, int]) -> int:
+    place = reasons.setdefault(reason, len(reasons))
+    own = len([name for name in reasons if name not in FLAGS])
+    if own > MOST_FLAGS - len(FLAGS):
+        raise InputError(f"{sheet.path}: {own} different flags; at most {MOST_FLAGS - len(FLAGS)} are kept")
+    return place
+
+
+def _translated(
+    flags: npt.NDArray[np.uint32], reasons: Mapping[str, int], names: tuple[str, ...]
+) -> npt.NDArray[np.uint32]:
+    out = np.zeros_like(flags)
+    for reason, place in reasons.items():
+        out[(flags & np.uint32(1 << place)) != 0] |= np.uint32(1 << names.index(reason))
+    return out
+
+
+def _reading(
+    path: Path,
+    columns: Mapping[str, Array],
+    rows: npt.NDArray[np.intp],
+    flags: npt.NDArray[np.uint32],
+    names: tuple[str, ...],
+    lines: Array,
+    sample: str,
+    stated: Stated,
+    bands: tuple[str, ...],
+) -> Reading:
+    n = len(rows)
+    theta_r = columns["theta_r"][rows]
+    if "phi_i" in columns and "phi_r" in columns:
+        phi_i, phi_r = columns["phi_i"][rows], columns["phi_r"][rows]
+    elif "phi" in columns:
+        phi_i, phi_r = np.zeros(n), columns["phi"][rows]
+    elif (theta_r < 0.0).any() or (columns["theta_i"] < 0.0).any():
+        phi_i, phi_r = np.zeros(n), np.zeros(n)
+    else:
         raise InputError(
-            f"{place}: {text('wavelength')} is no wavelength of light in this unit; name the column"
-            " wavelength_nm or wavelength_um, whichever it is"
+            f"{path}: no column for phi; name it like dphi_deg, 180 forward, or give zeniths their signs"
         )
-    phi_i = angle("phi_i") if "phi" not in columns else 0.0
-    phi_r = angle("phi_r") if "phi" not in columns else angle("phi")
-    reasons = {word.strip() for word in text("flag").split(";")} - {""}
-    if not text("brdf"):
-        reasons.add("not_measured")
-    sigma = value("sigma") if "sigma" in columns else float("nan")
-    if sigma < 0.0 or np.isinf(sigma):
-        written = columns["sigma"][1]
-        raise InputError(f"{path}, line {line}, column {written}: {text('sigma')} is no standard uncertainty")
-    return Row(
-        place=f"{path}, line {line}",
-        sample=text("sample"),
-        wavelength=wavelength,
-        direction=(angle("theta_i"), phi_i % 360.0, angle("theta_r"), phi_r % 360.0),
-        brdf=value("brdf"),
-        sigma=sigma,
-        reasons=frozenset(reasons),
+    waves, back = np.unique(columns["wavelength"][rows], return_inverse=True)
+    bands = tuple(bands[int(k)] for k in waves) if bands else ()
+    keys = np.stack([columns["theta_i"][rows], phi_i, theta_r, phi_r], axis=1)
+    places = np.asarray(back.reshape(-1), dtype=np.intp)
+    extra = {
+        name: _one_value(columns[name][rows], places, len(waves), name == "bandpass")
+        for name in ("bandpass", "solid_angle")
+        if name in columns
+    }
+    return long_reading(
+        path,
+        keys,
+        columns["values"][rows],
+        places,
+        np.empty(0) if bands else waves,
+        bands,
+        stated,
+        sigma=columns["sigma"][rows] if "sigma" in columns else None,
+        flags=flags[rows],
+        lines=lines[rows],
+        flag_names=names,
+        sample=sample,
+        extra=extra,
     )
+
+
+def _one_value(values: Array, column: npt.NDArray[np.intp], count: int, by_column: bool) -> Array | float:
+    """Return a bandpass for each wavelength, or one solid angle for all where it is the same."""
+    if not by_column:
+        return float(values[0]) if (values == values[0]).all() else float("nan")
+    out = np.full(count, np.nan)
+    out[column] = values
+    return out
+
+
+FORMAT = Format(
+    "columns", "CSV, one row a value (also reflectance factors)", (".csv",), sniff, read, write,
+    "everything but polarisation",
+)  # fmt: skip

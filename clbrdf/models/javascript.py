@@ -4,7 +4,7 @@ The text is an object of four functions, printed from the same record as the Ope
 `erfcx` of viz/page/special.js beside what the language has.
 
     features(a, x, k)   from the angles a (an object, by name) to features, put to x[k], x[k + 1], …
-    value(p)            from parameters to a function (x, k) -> f; what follows from the parameters is done once
+    value(p)            from parameters to a function (x, k) -> f; what follows from them is done once
     slopes(p)           from parameters to a function (x, k, d) -> f, which puts ∂f/∂p_j to d[j]
 """
 

@@ -7,6 +7,7 @@ Each operation is done as rarely as possible: what follows from the parameters o
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -47,7 +48,10 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
     tangents = list({tangent.place: tangent for _, tangent in splits}.values())
     factors = [factor for factor, _ in splits]
     tangent_of = [[t.place for t in tangents].index(tangent.place) for _, tangent in splits]
-    writer.plan([formula.value, *tangents, *units], factors)
+    (value,) = _fewer_divisions(writer, [formula.value])
+    units = _fewer_divisions(writer, units)
+    *tangents, value_beside = _fewer_divisions(writer, [*tangents, formula.value])
+    writer.plan([value, *tangents, value_beside, *units], factors)
     fields = writer.fields()
     parts = [
         "".join(f"// {line}".rstrip() + "\n" for line in heading.splitlines()),
@@ -59,7 +63,7 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
         "\n// What follows from the incident direction, once for all view directions that share it.\n",
         "inline void model_incident(model_state *m, const geometry x) {\n" + writer.incident() + "}\n",
         "\ninline realv model_brdf(const model_state *m, const geometry x) {\n",
-        writer.direction([formula.value], ["return {};"]) + "}\n",
+        writer.direction([value], ["return {};"]) + "}\n",
     ]
     if units:
         parts += [
@@ -73,7 +77,7 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
         f"constant int tangent_of[P] = {{{', '.join(map(str, tangent_of))}}};\n\n",
         "inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {\n",
         writer.direction(
-            [*tangents, formula.value],
+            [*tangents, value_beside],
             [*(f"tangent[{k}] = {{}};" for k in range(len(tangents))), "return {};"],
         )
         + "}\n",
@@ -113,6 +117,31 @@ def _split(writer: _Writer, slope: Expression) -> tuple[Expression, Expression]:
         rest = rest * e
     writer.stages([factor, rest])
     return factor, rest
+
+
+def _fewer_divisions(writer: _Writer, outputs: Sequence[Expression]) -> list[Expression]:
+    """Return outputs that multiply by a reciprocal where it is formed early, or serves more than once.
+
+    A division takes as long as some ten multiplications; a reciprocal costs one unit in the last place.
+    """
+    if not outputs:
+        return []
+    tape = outputs[0].tape
+    writer.stages(outputs)
+    plan = needed(outputs, {})
+    below = Counter(tape.nodes[k].operands[1] for k in plan if tape.nodes[k].operation == "divide")
+    new: dict[int, Expression] = {}
+    for place in plan:
+        node = tape.nodes[place]
+        operands = [new[k] for k in node.operands]
+        if node.operation == "divide":
+            bottom = node.operands[1]
+            early = writer.stage[bottom] < DIRECTION == writer.stage[place]
+            shared = below[bottom] > 1
+            new[place] = operands[0] * (1.0 / operands[1]) if early or shared else operands[0] / operands[1]
+        else:
+            new[place] = tape.put(Node(node.operation, tuple(e.place for e in operands), node.value))
+    return [new[output.place] for output in outputs]
 
 
 @dataclass

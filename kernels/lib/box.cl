@@ -56,7 +56,7 @@ inline realv box_minimum(const realv *R, const realv *b, const realv *low, const
         // Cholesky of the free block; a coordinate at a limit stands alone there.
         realv free[LINEAR], L[LINEAR * (LINEAR + 1) / 2], y[LINEAR];
         for (int i = 0; i < LINEAR; ++i)
-            free[i] = (x[i] > low[i]) & (x[i] < high[i]) ? (realv)1.0 : (realv)0.0;
+            free[i] = ((x[i] > low[i]) & (x[i] < high[i])) ? (realv)1.0 : (realv)0.0;
         for (int i = 0; i < LINEAR; ++i) {
             realv right = -b[i];
             for (int j = 0; j < LINEAR; ++j) right -= R[BOX_PACKED(i, j)] * x[j] * ((realv)1.0 - free[j]);

@@ -41,12 +41,11 @@ constant int tangent_of[P] = {0, 1, 2};
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
     const realv t1 = x.log_x - m->s1;
     const realv t2 = exp_lanes(m->g * t1);
-    const realv t3 = (real)1.0 + t2;
-    const realv t4 = m->b0 / t3;
-    const realv t5 = (real)1.0 / t3;
-    tangent[0] = t5;
-    tangent[1] = t2 * t4 * t5;
-    tangent[2] = t1 * t2 * t4 * t5;
+    const realv t3 = (real)1.0 / ((real)1.0 + t2);
+    const realv t4 = m->b0 * t3;
+    tangent[0] = t3;
+    tangent[1] = t2 * t4 * t3;
+    tangent[2] = t1 * t2 * t4 * t3;
     return t4;
 }
 

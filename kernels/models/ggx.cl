@@ -8,6 +8,7 @@ typedef struct {
     realv s2;
     realv F0;
     realv F90;
+    realv s3;
 } model_state;
 
 // What follows from the parameters alone.
@@ -23,6 +24,7 @@ inline model_state model_prepare(const realv *p) {
 // What follows from the incident direction, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
     m->s2 = sqrt((real)1.0 + m->s1 * x.tan2_i);
+    m->s3 = (real)1.0 / m->s2;
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
@@ -48,19 +50,19 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
     const realv t2 = t1 * t1;
     const realv t3 = sqrt((real)1.0 + m->s1 * x.tan2_r);
     const realv t4 = m->s2 + t3;
-    const realv t5 = t2 * t4;
-    const realv t6 = m->s1 * x.front / t5;
-    const realv t7 = m->F0 * x.less_schlick + m->F90 * x.schlick;
-    const realv t8 = t7 / t5;
-    const realv t9 = t8 * t6;
+    const realv t5 = m->F0 * x.less_schlick + m->F90 * x.schlick;
+    const realv t6 = (real)1.0 / (t2 * t4);
+    const realv t7 = m->s1 * x.front * t6;
+    const realv t8 = t5 * t6;
+    const realv t9 = t8 * t7;
     const realv t10 = t9 * t2 * (real)0.5;
     const realv t11 = t9 * t4 * t1;
-    const realv t12 = -(t10 / t3 * x.tan2_r) - t10 / m->s2 * x.tan2_i + -t11 - t11 + t8 * x.front;
+    const realv t12 = -(t10 / t3 * x.tan2_r) - t10 * m->s3 * x.tan2_i + -t11 - t11 + t8 * x.front;
     const realv t13 = t12 * m->alpha;
     tangent[0] = t13 + t13;
-    tangent[1] = t6 * x.less_schlick;
-    tangent[2] = t6 * x.schlick;
-    return t6 * t7;
+    tangent[1] = t7 * x.less_schlick;
+    tangent[2] = t7 * x.schlick;
+    return t7 * t5;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {

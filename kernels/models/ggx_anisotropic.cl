@@ -11,6 +11,9 @@ typedef struct {
     realv s4;
     realv F0;
     realv F90;
+    realv s5;
+    realv s6;
+    realv s7;
 } model_state;
 
 // What follows from the parameters alone.
@@ -23,23 +26,26 @@ inline model_state model_prepare(const realv *p) {
     m.s3 = m.alpha_y * m.alpha_y;
     m.F0 = p[P_F0];
     m.F90 = p[P_F90];
+    m.s5 = (real)1.0 / m.s2;
+    m.s6 = (real)1.0 / m.s3;
     return m;
 }
 
 // What follows from the incident direction, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
     m->s4 = sqrt((real)1.0 + m->s2 * x.tan2_x_i + m->s3 * x.tan2_y_i);
+    m->s7 = (real)1.0 / m->s4;
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = (real)1.0 + x.along2 / m->s2 + x.across2 / m->s3;
+    const realv t1 = (real)1.0 + x.along2 * m->s5 + x.across2 * m->s6;
     const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
     return x.front / t2 * (m->F0 * x.less_schlick + m->F90 * x.schlick);
 }
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    const realv t1 = (real)1.0 + x.along2 / m->s2 + x.across2 / m->s3;
+    const realv t1 = (real)1.0 + x.along2 * m->s5 + x.across2 * m->s6;
     const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
     const realv t3 = x.front / t2;
     term[0] = t3 * x.less_schlick;
@@ -51,31 +57,31 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1, 2, 3};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = x.along2 / m->s2;
-    const realv t2 = x.across2 / m->s3;
-    const realv t3 = (real)1.0 + t1 + t2;
-    const realv t4 = t3 * t3;
-    const realv t5 = m->s1 * t4;
-    const realv t6 = sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
-    const realv t7 = m->s4 + t6;
-    const realv t8 = t5 * t7;
-    const realv t9 = x.front / t8;
-    const realv t10 = m->F0 * x.less_schlick + m->F90 * x.schlick;
-    const realv t11 = t10 / t8 * t9;
-    const realv t12 = t11 * t7;
-    const realv t13 = t11 * t5 * (real)0.5;
-    const realv t14 = t13 / t6;
-    const realv t15 = t13 / m->s4;
-    const realv t16 = t12 * t4;
-    const realv t17 = t12 * m->s1 * t3;
+    const realv t1 = sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
+    const realv t2 = m->s4 + t1;
+    const realv t3 = m->F0 * x.less_schlick + m->F90 * x.schlick;
+    const realv t4 = x.along2 * m->s5;
+    const realv t5 = x.across2 * m->s6;
+    const realv t6 = (real)1.0 + t4 + t5;
+    const realv t7 = t6 * t6;
+    const realv t8 = m->s1 * t7;
+    const realv t9 = (real)1.0 / (t8 * t2);
+    const realv t10 = x.front * t9;
+    const realv t11 = t3 * t9 * t10;
+    const realv t12 = t11 * t2;
+    const realv t13 = t11 * t8 * (real)0.5;
+    const realv t14 = t13 / t1;
+    const realv t15 = t13 * m->s7;
+    const realv t16 = t12 * t7;
+    const realv t17 = t12 * m->s1 * t6;
     const realv t18 = -t17 - t17;
-    const realv t19 = (-(t14 * x.tan2_y_r) - t15 * x.tan2_y_i - t18 / m->s3 * t2) * m->alpha_y;
-    const realv t20 = (-(t14 * x.tan2_x_r) - t15 * x.tan2_x_i - t18 / m->s2 * t1) * m->alpha_x;
+    const realv t19 = (-(t14 * x.tan2_y_r) - t15 * x.tan2_y_i - t18 * m->s6 * t5) * m->alpha_y;
+    const realv t20 = (-(t14 * x.tan2_x_r) - t15 * x.tan2_x_i - t18 * m->s5 * t4) * m->alpha_x;
     tangent[0] = t20 + t20 - t16 * m->alpha_y;
     tangent[1] = t19 + t19 - t16 * m->alpha_x;
-    tangent[2] = t9 * x.less_schlick;
-    tangent[3] = t9 * x.schlick;
-    return t9 * t10;
+    tangent[2] = t10 * x.less_schlick;
+    tangent[3] = t10 * x.schlick;
+    return t10 * t3;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {

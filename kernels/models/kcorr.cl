@@ -16,8 +16,8 @@ inline model_state model_prepare(const realv *p) {
     m.b0 = p[P_b0];
     m.s1 = (real)(-0.5) * p[P_C];
     m.l = p[P_l];
-    m.s2 = m.l * m.l;
-    m.s3 = m.b0 * (real)(-0.5);
+    m.s2 = m.b0 * (real)(-0.5);
+    m.s3 = (real)1.0 / (m.l * m.l);
     return m;
 }
 
@@ -28,12 +28,12 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->b0 * exp_lanes(m->s1 * log1p_lanes(x.x2 / m->s2));
+    return m->b0 * exp_lanes(m->s1 * log1p_lanes(x.x2 * m->s3));
 }
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(m->s1 * log1p_lanes(x.x2 / m->s2)) * m->b0;
+    term[0] = exp_lanes(m->s1 * log1p_lanes(x.x2 * m->s3)) * m->b0;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -41,11 +41,11 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1, 2};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = x.x2 / m->s2;
+    const realv t1 = x.x2 * m->s3;
     const realv t2 = log1p_lanes(t1);
     const realv t3 = exp_lanes(m->s1 * t2);
     const realv t4 = m->b0 * t3;
-    const realv t5 = t4 * m->s1 / ((real)1.0 + t1) / m->s2 * t1 * m->l;
+    const realv t5 = t4 * m->s1 / ((real)1.0 + t1) * m->s3 * t1 * m->l;
     tangent[0] = t3;
     tangent[1] = -t5 - t5;
     tangent[2] = t2 * t3;
@@ -55,5 +55,5 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
 inline void model_factors(const model_state *m, realv *factor) {
     factor[0] = (realv)(real)1.0;
     factor[1] = (realv)(real)1.0;
-    factor[2] = m->s3;
+    factor[2] = m->s2;
 }

@@ -31,7 +31,7 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = m->s2 * exp_lanes(m->s3 * x.log_cosines) / ((real)2.0 * (real)3.141592653589793);
+    const realv t1 = m->s2 * exp_lanes(m->s3 * x.log_cosines) * (real)1.0 / ((real)2.0 * (real)3.141592653589793);
     return t1;
 }
 
@@ -47,10 +47,10 @@ constant int tangent_of[P] = {0, 1};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
     const realv t1 = exp_lanes(m->s3 * x.log_cosines);
-    const realv t2 = (real)2.0 * (real)3.141592653589793;
+    const realv t2 = (real)1.0 / ((real)2.0 * (real)3.141592653589793);
     tangent[0] = t1;
-    tangent[1] = m->s4 * t1 * x.log_cosines + (real)1.0 / t2 * t1 * m->rho;
-    return m->s2 * t1 / t2;
+    tangent[1] = m->s4 * t1 * x.log_cosines + t2 * t1 * m->rho;
+    return m->s2 * t1 * t2;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {

@@ -62,20 +62,19 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
     const realv t4 = m->s6 + m->s7 * t3;
     const realv t5 = (real)3.141592653589793 * t4;
     const realv t6 = sqrt(t4);
-    const realv t7 = t5 * t6;
-    const realv t8 = m->s2 * t1 * t2 / t7;
-    const realv t9 = (real)1.0 / t7;
-    const realv t10 = t9 * t8;
+    const realv t7 = (real)1.0 / (t5 * t6);
+    const realv t8 = t7 * t2 * t1 * m->rho0 * m->Theta;
+    const realv t9 = m->s2 * t1 * t2 * t7;
+    const realv t10 = t7 * t9;
     const realv t11 = -(t10 * t5 * (real)0.5 / t6) - t10 * t6 * (real)3.141592653589793;
     const realv t12 = t11 * m->s5;
     const realv t13 = t11 * t3 * (real)4.0 - (t12 + t12);
     const realv t14 = (m->Theta < (real)0.0 ? (realv)(real)0.0 : (realv)t13) - (m->Theta < (real)0.0 ? (realv)t13 : (realv)(real)0.0);
-    const realv t15 = t9 * t2 * t1 * m->rho0 * m->Theta;
-    tangent[0] = t1 * t2 * t9;
-    tangent[1] = x.log_bowl * t1 * t2 * t9;
-    tangent[2] = t14 - t15 - t15;
-    tangent[3] = t1 * x.near * t9;
-    return t8;
+    tangent[0] = t1 * t2 * t7;
+    tangent[1] = x.log_bowl * t1 * t2 * t7;
+    tangent[2] = t14 - t8 - t8;
+    tangent[3] = t1 * x.near * t7;
+    return t9;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {

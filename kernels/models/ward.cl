@@ -7,7 +7,6 @@ typedef struct {
     realv alpha;
     realv s1;
     realv s2;
-    realv s3;
 } model_state;
 
 // What follows from the parameters alone.
@@ -15,9 +14,8 @@ inline model_state model_prepare(const realv *p) {
     model_state m;
     m.rho_s = p[P_rho_s];
     m.alpha = p[P_alpha];
-    m.s1 = m.alpha * m.alpha;
-    m.s2 = (real)1.0 / m.s1;
-    m.s3 = m.rho_s * m.s2;
+    m.s1 = (real)1.0 / (m.alpha * m.alpha);
+    m.s2 = m.rho_s * m.s1;
     return m;
 }
 
@@ -28,12 +26,12 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->s3 * x.spread * exp_lanes(-(x.tan2_h * m->s2));
+    return m->s2 * x.spread * exp_lanes(-(x.tan2_h * m->s1));
 }
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(-(x.tan2_h * m->s2)) * x.spread * m->s2;
+    term[0] = exp_lanes(-(x.tan2_h * m->s1)) * x.spread * m->s1;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -41,15 +39,15 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = exp_lanes(-(x.tan2_h * m->s2));
-    const realv t2 = m->s3 * x.spread * t1;
-    const realv t3 = (-(t2 * x.tan2_h) + t1 * x.spread * m->rho_s) / m->s1 * m->s2 * m->alpha;
+    const realv t1 = exp_lanes(-(x.tan2_h * m->s1));
+    const realv t2 = m->s2 * x.spread * t1;
+    const realv t3 = (-(t2 * x.tan2_h) + t1 * x.spread * m->rho_s) * m->s1 * m->s1 * m->alpha;
     tangent[0] = x.spread * t1;
     tangent[1] = -t3 - t3;
     return t2;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {
-    factor[0] = m->s2;
+    factor[0] = m->s1;
     factor[1] = (realv)(real)1.0;
 }

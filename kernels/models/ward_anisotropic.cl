@@ -17,11 +17,12 @@ inline model_state model_prepare(const realv *p) {
     model_state m;
     m.alpha_x = p[P_alpha_x];
     m.alpha_y = p[P_alpha_y];
-    m.s1 = m.alpha_x * m.alpha_y;
-    m.s2 = p[P_rho_s] / m.s1;
-    m.s3 = m.alpha_x * m.alpha_x;
-    m.s4 = m.alpha_y * m.alpha_y;
-    m.s5 = (real)1.0 / m.s1;
+    const realv t1 = m.alpha_x * m.alpha_y;
+    m.s1 = p[P_rho_s] / t1;
+    m.s2 = (real)1.0 / t1;
+    m.s3 = (real)1.0 / (m.alpha_x * m.alpha_x);
+    m.s4 = (real)1.0 / (m.alpha_y * m.alpha_y);
+    m.s5 = p[P_rho_s] * m.s2;
     return m;
 }
 
@@ -32,12 +33,12 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->s2 * x.spread * exp_lanes(-(x.along2 / m->s3 + x.across2 / m->s4));
+    return m->s1 * x.spread * exp_lanes(-(x.along2 * m->s3 + x.across2 * m->s4));
 }
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(-(x.along2 / m->s3 + x.across2 / m->s4)) * x.spread / m->s1;
+    term[0] = exp_lanes(-(x.along2 * m->s3 + x.across2 * m->s4)) * x.spread * m->s2;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -45,13 +46,13 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1, 2};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = x.along2 / m->s3;
-    const realv t2 = x.across2 / m->s4;
+    const realv t1 = x.along2 * m->s3;
+    const realv t2 = x.across2 * m->s4;
     const realv t3 = exp_lanes(-(t1 + t2));
-    const realv t4 = m->s2 * x.spread * t3;
-    const realv t5 = t4 / m->s4 * t2 * m->alpha_y;
-    const realv t6 = t4 / m->s3 * t1 * m->alpha_x;
-    const realv t7 = t3 * x.spread / m->s1 * m->s2;
+    const realv t4 = m->s5 * x.spread * t3;
+    const realv t5 = t4 * m->s4 * t2 * m->alpha_y;
+    const realv t6 = t4 * m->s3 * t1 * m->alpha_x;
+    const realv t7 = t3 * x.spread * m->s2 * m->s5;
     tangent[0] = x.spread * t3;
     tangent[1] = t6 + t6 - t7 * m->alpha_y;
     tangent[2] = t5 + t5 - t7 * m->alpha_x;
@@ -59,7 +60,7 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
 }
 
 inline void model_factors(const model_state *m, realv *factor) {
-    factor[0] = m->s5;
+    factor[0] = m->s2;
     factor[1] = (realv)(real)1.0;
     factor[2] = (realv)(real)1.0;
 }

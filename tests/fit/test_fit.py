@@ -11,7 +11,7 @@ import clbrdf
 from clbrdf import Fit, InputError, Scan
 from clbrdf.fit import DictionarySettings, Settings, TemperingSettings
 from clbrdf.fit.blocks import wavelength_blocks
-from clbrdf.formats.columns import read_columns
+from clbrdf.formats.load import load_one
 from clbrdf.scans import sample_scan
 from tests.reference import naive
 
@@ -42,7 +42,7 @@ IN_PLANE = ("nite_on_invar", "opticalblackanodize_on_al", "titaniumanodize_on_ti
 
 @pytest.mark.parametrize("sample", IN_PLANE)
 def test_real_coatings_end_at_the_best_of_40_restarts(coatings, sample):
-    scan = read_columns([coatings / "black_coatings_in_plane.csv"], sample)
+    scan = load_one([coatings / "black_coatings_in_plane.csv"], sample)
     fit = clbrdf.fit(scan)
     assert set(fit.status.tolist()) <= {"converged", "at bound"}
     for k, E in enumerate(fit.objective):

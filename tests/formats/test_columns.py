@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError
-from clbrdf.formats.columns import read_columns
+from clbrdf.formats.load import load_one
 
 HEADER = "sample,wavelength_nm,theta_i_deg,theta_r_deg,dphi_deg,fr_per_sr,fr_std_per_sr,flag"
 ROW = "foil,550,30,20,180,1.5,0.1,"
@@ -19,7 +19,7 @@ def write(folder, *lines, name="data.csv"):
 
 
 def test_a_plain_file(tmp_path):
-    scan = read_columns([write(tmp_path, HEADER, ROW, "foil,450,30,20,180,1.2,,", "foil,450,30,40,0,1.1,,")])
+    scan = load_one([write(tmp_path, HEADER, ROW, "foil,450,30,20,180,1.2,,", "foil,450,30,40,0,1.1,,")])
     assert scan.sample == "foil"
     assert scan.wavelength.tolist() == [450.0, 550.0]
     assert list(zip(scan.theta_r.tolist(), scan.phi.tolist(), strict=True)) == [(20.0, 180.0), (40.0, 0.0)]
@@ -36,7 +36,7 @@ def test_names_in_any_case_order_unit_and_separator(tmp_path):
         "FR_per_sr;Theta_R_rad;THETA_I_DEG;Wavelength_um;phi_i_deg;phi_r_deg;operator",
         "1.5;0.5235987755982988;45;0.55;350;170;somebody",
     )
-    scan = read_columns([path])
+    scan = load_one([path])
     assert scan.theta_r[0] == pytest.approx(30.0, rel=1e-15)
     assert (scan.theta_i[0], scan.phi[0], scan.wavelength[0]) == (45.0, 180.0, pytest.approx(550.0))
 
@@ -44,7 +44,7 @@ def test_names_in_any_case_order_unit_and_separator(tmp_path):
 def test_byte_order_mark_and_windows_lines(tmp_path):
     path = tmp_path / "windows.csv"
     path.write_bytes(("\ufeff" + HEADER + "\r\n" + ROW + "\r\n").encode("utf-8"))
-    assert read_columns([path]).brdf.tolist() == [[1.5]]
+    assert load_one([path]).brdf.tolist() == [[1.5]]
 
 
 def test_flagged_rows_are_masked_with_the_reason_kept(tmp_path):
@@ -53,7 +53,7 @@ def test_flagged_rows_are_masked_with_the_reason_kept(tmp_path):
         "foil,550,30,21,180,1.5,,saturated",
         "foil,550,30,22,180,1,,",
     ]
-    scan = read_columns([write(tmp_path, HEADER, *rows)])
+    scan = load_one([write(tmp_path, HEADER, *rows)])
     assert scan.mask[:, 0].tolist() == [True, True, False]
     assert scan.flag_counts() == {"saturated": 2, "shaded": 1}
 
@@ -61,7 +61,7 @@ def test_flagged_rows_are_masked_with_the_reason_kept(tmp_path):
 def test_bad_values_are_masked_and_counted(tmp_path):
     values = ["nan", "inf", "0", "-1", "", "2.5"]
     rows = [f"foil,550,30,{k},180,{value},," for k, value in enumerate(values)]
-    scan = read_columns([write(tmp_path, HEADER, *rows)])
+    scan = load_one([write(tmp_path, HEADER, *rows)])
     assert scan.mask[:, 0].tolist() == [True] * 5 + [False]
     assert scan.flag_counts() == {
         "not_measured": 1,
@@ -74,7 +74,7 @@ def test_bad_values_are_masked_and_counted(tmp_path):
 
 def test_repeated_directions_stay_apart(tmp_path):
     rows = ["foil,550,0,45,0,1.0,,", "foil,650,0,45,0,1.1,,", "foil,550,0,45,0,1.2,,"]
-    scan = read_columns([write(tmp_path, HEADER, *rows)])
+    scan = load_one([write(tmp_path, HEADER, *rows)])
     np.testing.assert_array_equal(scan.brdf, [[1.0, 1.1], [1.2, np.nan]])
     assert scan.repeated_directions() == 1
 
@@ -82,18 +82,18 @@ def test_repeated_directions_stay_apart(tmp_path):
 def test_one_wavelength_a_file(tmp_path):
     first = write(tmp_path, HEADER, ROW, name="a.csv")
     second = write(tmp_path, HEADER, ROW.replace("550", "650"), name="b.csv")
-    scan = read_columns([first, second])
+    scan = load_one([first, second])
     assert scan.wavelength.tolist() == [550.0, 650.0]
-    assert scan.provenance["input"] == "a.csv, b.csv"
+    assert scan.provenance["input"] == "a.csv; b.csv"
 
 
 def test_samples_are_chosen_by_name(tmp_path):
     path = write(tmp_path, HEADER, ROW, ROW.replace("foil", "tile"))
     with pytest.raises(InputError, match="holds 2 samples; choose one with --sample: 'foil', 'tile'"):
-        read_columns([path])
+        load_one([path])
     with pytest.raises(InputError, match="no sample is called 'wood'; there are 'foil', 'tile'"):
-        read_columns([path], "wood")
-    assert read_columns([path], "tile").sample == "tile"
+        load_one([path], "wood")
+    assert load_one([path], "tile").sample == "tile"
 
 
 @pytest.mark.parametrize(
@@ -108,9 +108,10 @@ def test_samples_are_chosen_by_name(tmp_path):
         ([HEADER.replace("dphi_deg,", ""), "foil,550,30,20,1,,"], "no column for phi; name it like dphi_deg"),
         (
             [HEADER.replace("_nm", "_furlong"), ROW],
-            "'wavelength_furlong' has the unit 'furlong'; known are nm, um",
+            "'wavelength_furlong' has the unit 'furlong'; known are nm, angstrom, um, mm, m",
         ),
-        ([HEADER.replace("_nm", ""), ROW], "'wavelength' has no unit; known are nm"),
+        ([HEADER.replace("_nm", ""), ROW.replace("550", "55")], "55 to 55 may be in nm or in µm; .* --unit"),
+        ([HEADER.replace("_per_sr", ""), ROW], "nothing says what scale values have .* --scale 1 or"),
         ([HEADER.replace("fr_per_sr", "fr_percent"), ROW], "'fr_percent' has the unit 'percent'"),
         ([HEADER + ",brdf_per_sr", ROW + ",1"], "'fr_per_sr' and 'brdf_per_sr' both give brdf"),
         ([HEADER, "foil,550,30,20,180,1.5,0.1"], "line 2: 7 cells, and the first line names 8 columns"),
@@ -118,8 +119,8 @@ def test_samples_are_chosen_by_name(tmp_path):
         ([HEADER, ROW.replace("1.5", "bright")], "line 2, column fr_per_sr: 'bright' is not a number"),
         ([HEADER, ROW.replace("30", "thirty")], "line 2, column theta_i_deg: 'thirty' is not a number"),
         ([HEADER, ROW.replace("30", "")], "line 2, column theta_i_deg: '' is not a number"),
-        ([HEADER, ROW.replace(",30,", ",90,")], r"line 2, column theta_i_deg: 90 is out of range; zenith"),
-        ([HEADER, ROW.replace(",20,", ",-5,")], r"line 2, column theta_r_deg: -5 is out of range"),
+        ([HEADER, ROW.replace(",30,", ",90,")], r"all 1 directions lie on the horizon"),
+        ([HEADER, ROW.replace(",30,", ",95,")], r"line 2: the incident zenith 95° is out of range"),
         ([HEADER, ROW.replace("180", "inf")], "line 2, column dphi_deg: inf is out of range"),
         (
             [HEADER, ROW.replace("550", "0")],
@@ -134,22 +135,22 @@ def test_samples_are_chosen_by_name(tmp_path):
 )
 def test_bad_text_is_refused_with_its_place(tmp_path, lines, message):
     with pytest.raises(InputError, match=message):
-        read_columns([write(tmp_path, *lines)])
+        load_one([write(tmp_path, *lines)])
 
 
 def test_missing_and_binary_files(tmp_path):
     with pytest.raises(InputError, match=r"none\.csv: no such file"):
-        read_columns([tmp_path / "none.csv"])
-    (tmp_path / "binary.csv").write_bytes(b"\x89HDF\xff\xfe")
+        load_one([tmp_path / "none.csv"])
+    (tmp_path / "binary.csv").write_bytes(b"\x89HDF\r\n\x1a\n\x00\x00")
     with pytest.raises(InputError, match=r"binary\.csv: not a text file"):
-        read_columns([tmp_path / "binary.csv"])
+        load_one([tmp_path / "binary.csv"])
 
 
 def test_the_real_coatings(coatings):
-    scan = read_columns([coatings / "black_coatings_in_plane.csv"], "z307_on_al")
+    scan = load_one([coatings / "black_coatings_in_plane.csv"], "z307_on_al")
     assert scan.brdf.shape == (114, 4)
     assert scan.repeated_directions() == 1  # the drift check at the start and at the end
     assert scan.flag_counts()["near_retro_possible_shading"] == 24
-    hemisphere = read_columns([coatings / "black_coatings_hemisphere_650nm.csv"], "AnoBlackEC1onAlum")
+    hemisphere = load_one([coatings / "black_coatings_hemisphere_650nm.csv"], "AnoBlackEC1onAlum")
     assert hemisphere.brdf.shape == (1144, 1)
     assert not hemisphere.mask.any()

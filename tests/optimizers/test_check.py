@@ -11,7 +11,7 @@ import clbrdf
 from clbrdf import Fit, InputError
 from clbrdf.bench.problems import problem_set
 from clbrdf.bench.references import problem_of, reference_of
-from clbrdf.formats.columns import read_columns
+from clbrdf.formats.load import load_one
 from clbrdf.optimizers.check import TOLERANCE, check_fit, sample_places
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
@@ -136,11 +136,11 @@ FILES = {
 @pytest.mark.soak
 @pytest.mark.parametrize(("file", "sample"), [(file, s) for file, names in FILES.items() for s in names])
 def test_real_coatings_agree_everywhere(coatings, file, sample):
-    fit = clbrdf.fit(read_columns([coatings / file], sample))
+    fit = clbrdf.fit(load_one([coatings / file], sample))
     for verdict in check_fit(fit, sample_places(fit, None)):
         assert verdict.gap <= ALLOWED.get(fit.method, TOLERANCE), verdict
 
 
 def test_a_real_coating_agrees(coatings):
-    fit = clbrdf.fit(read_columns([coatings / "black_coatings_in_plane.csv"], "nite_on_invar"))
+    fit = clbrdf.fit(load_one([coatings / "black_coatings_in_plane.csv"], "nite_on_invar"))
     assert check_fit(fit, [1], effort=0.3)[0].gap <= ALLOWED.get(fit.method, TOLERANCE)

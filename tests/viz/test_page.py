@@ -48,7 +48,8 @@ def foil_page(foil):
 
 def readout(browser):
     """Numbers that the readout shows, in full, by name."""
-    script = "return [...document.querySelectorAll('#readout [data-value]')].map(e => [e.dataset.name, e.dataset.value])"
+    script = """return [...document.querySelectorAll('#readout [data-value]')]
+        .map(e => [e.dataset.name, e.dataset.value])"""
     return {name: float(value) for name, value in browser.execute_script(script)}
 
 
@@ -201,13 +202,17 @@ def test_every_control_by_mouse_and_keyboard(show, foil_page):
     half = map_of_model.size["width"] / 2
     share = browser.execute_script("return arguments[0].discShare", map_of_model)
     r = np.sin(np.deg2rad(15.0)) / np.sin(np.deg2rad(45.0)) * half * share
-    ActionChains(browser, duration=20).move_to_element_with_offset(map_of_model, round(r) + 2, 2).click().perform()
+    ActionChains(browser, duration=20).move_to_element_with_offset(
+        map_of_model, round(r) + 2, 2
+    ).click().perform()
     assert shows(browser, "theta_r_deg", 30.0)
     assert shows(browser, "phi_deg", 180.0)
     # The lobe turns by dragging and by keys.
     lobe = find("canvas.lobe")
     before = browser.execute_script("return clbrdf.state.azimuth")
-    ActionChains(browser, duration=20).move_to_element(lobe).click_and_hold().move_by_offset(40, 0).release().perform()
+    ActionChains(browser, duration=20).move_to_element(lobe).click_and_hold().move_by_offset(
+        40, 0
+    ).release().perform()
     assert comes_true(lambda: browser.execute_script("return clbrdf.state.azimuth") != before)
     lobe.send_keys(Keys.ARROW_UP)
     # A parameter, and back.
@@ -228,7 +233,9 @@ def test_every_control_by_mouse_and_keyboard(show, foil_page):
     assert shows(browser, "theta_r_deg", 75.0)
     # A click in a plot chooses an angle or a wavelength.
     svg = find("#spectrum svg")
-    ActionChains(browser, duration=20).move_to_element_with_offset(svg, round(svg.size["width"] / 2) - 30, 0).click().perform()
+    ActionChains(browser, duration=20).move_to_element_with_offset(
+        svg, round(svg.size["width"] / 2) - 30, 0
+    ).click().perform()
     assert shows(browser, "wavelength_nm", 650.0)
 
 
@@ -247,7 +254,9 @@ def test_touch(show, foil_page):
 
 
 def test_a_state_survives_reload(show, foil_page):
-    browser = show(foil_page, fragment="nm=650&theta_i=60&theta_r=20&phi=0&scale=log&residual=sigma&turn=10,40")
+    browser = show(
+        foil_page, fragment="nm=650&theta_i=60&theta_r=20&phi=0&scale=log&residual=sigma&turn=10,40"
+    )
     browser.execute_script("clbrdf.act.parameter(0, 3.5)")
     assert comes_true(lambda: "parameters=3.5" in browser.current_url)
     before = readout(browser)
@@ -259,7 +268,8 @@ def test_a_state_survives_reload(show, foil_page):
 
 
 @pytest.mark.parametrize(
-    "fragment", ["nm=abc&theta_i=95&phi=-1", "file=7&parameters=1,2", "to=file9&scale=odd&hold=3,1", "%%%", "band=x"]
+    "fragment",
+    ["nm=abc&theta_i=95&phi=-1", "file=7&parameters=1,2", "to=file9&scale=odd&hold=3,1", "%%%", "band=x"],
 )
 def test_an_address_that_makes_no_sense_is_passed_over(show, foil_page, fragment):
     browser = show(foil_page, fragment=fragment)
@@ -278,7 +288,8 @@ def test_csv_and_pictures(show, foil_page):
         return new Promise((done) => setTimeout(async () => {
           HTMLAnchorElement.prototype.click = click;
           URL.createObjectURL = make;
-          done(await Promise.all(kept.map(async (b) => [b.type, b.size, b.type === 'image/png' ? '' : await b.text()])));
+          const text = async (b) => (b.type === 'image/png' ? '' : await b.text());
+          done(await Promise.all(kept.map(async (b) => [b.type, b.size, await text(b)])));
         }, 1500));"""
     )
     kinds = [kind for kind, _, _ in text]
@@ -323,7 +334,9 @@ def test_an_incident_azimuth_for_surfaces_that_tell_it(show):
     n = len(phi)
     phi_i = np.repeat([0.0, 60.0], n)
     scan = Scan(45.0, phi_i, np.tile(theta_r, 2), np.tile(phi, 2) + phi_i, [550.0], np.ones((2 * n, 1)))
-    browser = show(PageSubject("brushed", scan, fit_by_hand(scan, model)), fragment="phi_i=60&theta_r=30&phi=135")
+    browser = show(
+        PageSubject("brushed", scan, fit_by_hand(scan, model)), fragment="phi_i=60&theta_r=30&phi=135"
+    )
     expected = model.brdf(model.defaults[None], model.features(Directions(45.0, 60.0, 30.0, 195.0)))[0]
     assert readout(browser)["model_per_sr"] == pytest.approx(expected, rel=1e-12)
     assert browser.execute_script("const s = clbrdf.subjects[0]; return s.rows(45, 60).length") == n
@@ -336,7 +349,9 @@ def test_several_files_and_their_ratio(show, foil_page, hemisphere):
     options = browser.execute_script("return [...document.querySelectorAll('#file option')].map(o => o.text)")
     assert options == ["foil", "other", "plaster"]
     browser.execute_script("clbrdf.act.set({scale: 'ratio', ratio: 'file2', thetaR: 0})")
-    expected = clbrdf.evaluate(FOIL, 45.0, 20.0, 90.0)[0] / clbrdf.evaluate({**FOIL, "kd": 2.0}, 45.0, 20.0, 90.0)[0]
+    expected = (
+        clbrdf.evaluate(FOIL, 45.0, 20.0, 90.0)[0] / clbrdf.evaluate({**FOIL, "kd": 2.0}, 45.0, 20.0, 90.0)[0]
+    )
     script = "const v = clbrdf.view(); return v.f(45, 0, 20, 90) / v.reference.of(45, 0, 20, 90)"
     assert browser.execute_script(script) == pytest.approx(expected, rel=1e-12)
     browser.execute_script("clbrdf.act.subject(2)")
@@ -348,7 +363,8 @@ def test_no_control_is_dead_and_all_have_names(show, foil_page):
     browser = show(foil_page)
     nameless = browser.execute_script(
         """return [...document.querySelectorAll('button, input, select, canvas, svg[role=img]')]
-        .filter(e => e.offsetParent && !e.getAttribute('aria-label') && !(e.labels && e.labels.length) && !e.textContent.trim())
+        .filter(e => e.offsetParent && !e.getAttribute('aria-label'))
+        .filter(e => !(e.labels && e.labels.length) && !e.textContent.trim())
         .map(e => e.outerHTML.slice(0, 80))"""
     )
     assert nameless == []
@@ -360,7 +376,9 @@ def test_nothing_sticks_out(show, foil_page, width):
     size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
-        assert comes_true(lambda: browser.execute_script("return document.documentElement.scrollWidth <= innerWidth"))
+        assert comes_true(
+            lambda: browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+        )
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 

@@ -39,7 +39,7 @@ return [values, slopes];
 
 
 def drawn(model, seed=4):
-    """Directions (N, 4) as θi, φi, θr, φ with hard ones first, and parameter sets (K, P) within the bounds."""
+    """Directions (N, 4) as θi, φi, θr, φ, hard ones first, and parameter sets (K, P) within the bounds."""
     rng = np.random.default_rng(seed)
     angles = np.column_stack(
         [
@@ -52,7 +52,12 @@ def drawn(model, seed=4):
     # The mirror direction, next to it, the retro direction, the normal, grazing, both in plane and beside.
     near = [0.0, 1e-9, 1e-6, 1e-3, 0.1]
     hard = [(45.0, 30.0, 45.0 + d, 180.0) for d in near] + [(45.0, 30.0, 45.0, 180.0 + d) for d in near]
-    hard += [(45.0, 30.0, 45.0, 0.0), (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 60.0, 90.0), (89.0, 200.0, 89.9, 180.0)]
+    hard += [
+        (45.0, 30.0, 45.0, 0.0),
+        (0.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 60.0, 90.0),
+        (89.0, 200.0, 89.9, 180.0),
+    ]
     hard += [(30.0, 350.0, 30.0, 359.999), (30.0, 350.0, 0.0, 123.0)]
     angles[: len(hard)] = hard
     if not model.flags & NEEDS_PHI:
@@ -127,8 +132,10 @@ def test_readouts_against_the_command(answers, device):
         pytest.skip("the device has no double precision")
     rows = slice(0, None, len(sets))
     a = angles[rows]
-    given = {n: v for n, v in zip(model.names, sets[0], strict=True)}
-    expected = clbrdf.evaluate(given, a[:, 0], a[:, 2], a[:, 3], model=model.name, precision="double", device=device)
+    given = dict(zip(model.names, sets[0], strict=True))
+    expected = clbrdf.evaluate(
+        given, a[:, 0], a[:, 2], a[:, 3], model=model.name, precision="double", device=device
+    )
     good = np.abs(expected) > SIGNIFICANT
     assert (np.abs(values[rows] - expected)[good] / size_of(model, sets[0], expected)[good]).max() <= BOUND
 
@@ -140,7 +147,9 @@ def test_slopes(answers):
     for k, found in enumerate(slopes):
         expected = model.jacobian(sets[k % len(sets)][None], x[k : k + 1])[0]
         good = np.isfinite(expected)
-        assert np.abs(found - expected)[good].max(initial=0.0) <= 1e-9 * np.abs(expected[good]).max(initial=1e-300)
+        assert np.abs(found - expected)[good].max(initial=0.0) <= 1e-9 * np.abs(expected[good]).max(
+            initial=1e-300
+        )
 
 
 def test_the_functions_print_no_name_that_the_page_lacks(answers):

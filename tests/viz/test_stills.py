@@ -73,7 +73,7 @@ def test_nothing_to_sweep_over(tmp_path):
     lone = Subject("one", Scan([45.0], 0.0, [45.0], 180.0, [550.0], [[0.5]]))
     scene = Scene([Entry(lone, 550.0, 45.0)], size=(400, 300))
     for sweep, words in (
-        ("wavelength", "has one wavelength, 550 nm"),
+        ("wavelength", "has 550 nm only"),
         ("theta-i", "has one incident angle, 45°"),
     ):
         with pytest.raises(InputError, match=words):

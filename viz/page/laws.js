@@ -87,7 +87,7 @@ function drawColour(panel, view) {
   const lab = (v) => v.map((c) => number(c, 4)).join(", ");
   const middle = list.find((e) => e.t === 0);
   panel.figure.innerHTML = `${strip}${plot.svg()}<p class="legend"><span><i style="background:var(--accent)"></i>D65</span> <span><i style="background:#d55e00"></i>A</span></p>`;
-  panel.help.textContent = `The model in the cursor's plane, as a reflectance factor π f; above, the colours under D65, brighter than white ones dimmed to it. At θr = 0: CIELAB ${lab(middle.D65)} under D65 and ${lab(middle.A)} under A. CIE 1931 observer by the fits of Wyman, Sloan and Shirley.`;
+  panel.help.textContent = `The model in the cursor's plane, as a reflectance factor π f; above, the colours under D65, brighter than white ones dimmed to it. At θr = 0: CIELAB ${lab(middle.D65)} under D65 and ${lab(middle.A)} under A. CIE 1931 2° observer, tables at 5 nm.`;
 }
 
 function colourTable(view) {

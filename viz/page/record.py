@@ -28,7 +28,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class PageSubject:
-    """A scan of reflection, perhaps with its fit, under a name; `said` tells what was left out of the file."""
+    """A scan of reflection, perhaps with its fit, under a name; `said` tells what was left out."""
 
     name: str
     scan: Scan
@@ -51,7 +51,9 @@ def open_for_page(path: str | Path) -> PageSubject:
     whole = Scan.open(path) if fit is None else fit.scan
     scan = whole.reflection() if fit is None else whole
     beyond = len(whole) - len(scan)
-    said = (f"{beyond} of {len(whole)} directions are of transmission and not in this page",) if beyond else ()
+    said = (
+        (f"{beyond} of {len(whole)} directions are of transmission and not in this page",) if beyond else ()
+    )
     return PageSubject(whole.sample or Path(path).stem, scan, fit, Path(path).name, said)
 
 
@@ -104,7 +106,7 @@ def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
 
 
 def _column(subject: Subject) -> int:
-    return 0 if subject.scan.bands else subject.column(subject.default_wavelength())
+    return subject.column(subject.default_wavelength())
 
 
 def _first_flag(scan: Scan) -> npt.NDArray[np.uint8]:

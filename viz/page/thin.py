@@ -1,4 +1,4 @@
-"""What is left out of a page so that it stays small: directions first, then wavelengths, evenly, and counted."""
+"""What is left out of a page so that it stays small: directions, then wavelengths, evenly, and counted."""
 
 from __future__ import annotations
 

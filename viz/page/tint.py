@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from clbrdf.colour import colour_weights
 from clbrdf.errors import InputError
 from clbrdf.scan import Scan
-from clbrdf.viz.colour import ILLUMINANTS, colour_weights
 from clbrdf.viz.page.pack import packed
+
+LIGHTS = ("D65", "A")
+"""Daylight and incandescent light."""
 
 
 def colour_record(scan: Scan) -> dict[str, Any]:
@@ -15,6 +18,6 @@ def colour_record(scan: Scan) -> dict[str, Any]:
     if scan.bands:
         return {"missing": "the columns are bands, and a colour needs wavelengths"}
     try:
-        return {name: packed(colour_weights(scan.wavelength, name)) for name in ILLUMINANTS}
+        return {name: packed(colour_weights(scan.wavelength, name)) for name in LIGHTS}
     except InputError as error:
         return {"missing": str(error)}

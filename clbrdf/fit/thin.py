@@ -1,0 +1,36 @@
+"""Fewer directions for a search that only has to rank: those that matter most, and a sample of the rest.
+
+Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
+evenly over the rest, which they stand for with a larger weight. The choice depends on the geometry alone,
+so that neither other wavelengths nor values change it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from clbrdf.fit.problem import Problem
+
+
+def thinned(problem: Problem, most: int) -> Problem:
+    """Return the problem on at most so many of its directions."""
+    n = problem.size[1]
+    if n <= most:
+        return problem
+    near = np.argsort(problem.mirror, kind="stable")[: most // 2]
+    rest = np.setdiff1d(np.arange(n), near)
+    spread = rest[np.linspace(0, len(rest) - 1, most - len(near)).round().astype(np.intp)]
+    weight = np.ones(n)
+    weight[spread] = np.sqrt(len(rest) / len(spread))
+    kept = np.sort(np.concatenate([near, spread]))
+    group = np.searchsorted(problem.starts, kept, side="right")
+    return replace(
+        problem,
+        features=problem.features[kept],
+        mirror=problem.mirror[kept],
+        target=problem.target[:, kept] * weight[kept],
+        scale=problem.scale[:, kept] * weight[kept],
+        starts=np.append(0, np.cumsum(np.unique(group, return_counts=True)[1])).astype(np.uint32),
+    )

@@ -1,0 +1,53 @@
+"""Writing a scan as MERL `.binary`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+from clbrdf.formats.vectors import to_half_difference
+from clbrdf.scan import Scan
+
+Array = npt.NDArray[np.float64]
+
+N_THETA, N_PHI = 90, 180
+SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
+
+
+def write(scan: Scan, path: Path) -> None:
+    """Write a scan of R, G and B; a cell holds the mean of the values nearest to it, −1 where there are none.
+
+    Raises
+    ------
+    InputError
+        Other columns than R, G and B, transmission, or a sample that was turned.
+    """
+    if scan.bands != ("R", "G", "B"):
+        there = ", ".join(scan.bands) or f"{len(scan.wavelength)} wavelengths"
+        raise InputError(f"MERL files hold R, G and B, and the scan has {there}; write them with --rgb")
+    if scan.transmitted.any():
+        raise InputError("MERL files hold reflection only; choose it with --side reflection")
+    if len(scan.rotations()):
+        raise InputError(
+            f"the scan was measured at {len(scan.rotations())} incident azimuths, and MERL files hold"
+            " no anisotropy; choose one with --phi-i, or write SSDD or RGL"
+        )
+    half, difference, turn = to_half_difference(scan.theta_i, scan.theta_r, scan.phi)
+    # Node k of θh stands at k²/90°.
+    h = np.clip(np.round(np.sqrt(half * N_THETA)), 0, N_THETA - 1).astype(np.intp)
+    d = np.clip(np.round(difference), 0, N_THETA - 1).astype(np.intp)
+    p = np.round(turn).astype(np.intp) % N_PHI
+    cell = p + N_PHI * (d + N_THETA * h)
+    size = N_THETA * N_THETA * N_PHI
+    with open(path, "wb") as stream:
+        stream.write(np.array([N_THETA, N_THETA, N_PHI], "<i4").tobytes())
+        for w, scale in enumerate(SCALES):
+            good = ~scan.mask[:, w]
+            total = np.bincount(cell[good], scan.brdf[good, w], size)
+            count = np.bincount(cell[good], minlength=size)
+            plane = np.full(size, -1.0)
+            np.divide(total / scale, count, out=plane, where=count > 0)
+            stream.write(plane.astype("<f8").tobytes())
