@@ -24,6 +24,7 @@ COMMANDS = {
     "evaluate": "print model values as a table",
     "simulate": "simulate a scene with the instrument effects it asks for",
     "measure": "run a measurement plan on the rig",
+    "align": "find angular zeros and tilt from the specular peak",
     "emulate": "run a rig of emulated instruments on pseudo-terminals",
     "calibrate": "calibrate the raw counts of a measured scan again",
     "budget": "print the error budget of an absolute BRDF",

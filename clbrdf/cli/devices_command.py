@@ -10,12 +10,16 @@ from cyclopts import Parameter
 from clbrdf.bench.tune import Trial, tune
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName
+from clbrdf.cli.rig_devices import print_rig_devices
 from clbrdf.device import Device, choose_device, list_devices
 from clbrdf.lanes import lanes_of, read_answers
 
 
 def command(
-    *, device: DeviceName = None, tune_lanes: Annotated[bool, Parameter(name="--tune", negative="")] = False
+    *,
+    device: DeviceName = None,
+    tune_lanes: Annotated[bool, Parameter(name="--tune", negative="")] = False,
+    rig: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """List the OpenCL devices, the one that would be used marked with *.
 
@@ -24,7 +28,12 @@ def command(
     tune_lanes
         find the fastest lanes of that device by building and timing them, each in a process of its own,
         and keep the answer
+    rig
+        list the drivers of the rig and the instruments that are connected instead
     """
+    if rig:
+        print_rig_devices()
+        return
     chosen = choose_device(device)
     if tune_lanes:
         with progress_bar(f"tuning {chosen.name}") as report:

@@ -4,26 +4,47 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.cli.live_view import live_view
 from clbrdf.cli.options import Overwrite
 from clbrdf.errors import InputError
+from clbrdf.progress import Report, silent
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
 from clbrdf.rig.interrupt import StopRequest
-from clbrdf.rig.measure import measure
+from clbrdf.rig.live import Snapshot
+from clbrdf.rig.measure import Outcome, measure
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.store import run_folder
+from clbrdf.rig.terminal import make_ask
 
-INTERRUPTED = 130
-SHOWN = ("recovery", "point skipped", "lamp out of band", "replugged", "check point", "left out")
+INTERRUPTED, DOUBTFUL = 130, 1
+MANY = 0.1
+"""Share of flagged values from which a scan is called doubtful."""
+
+SHOWN = (
+    "recovery",
+    "point skipped",
+    "lamp out of band",
+    "lamp back",
+    "replugged",
+    "check point",
+    "left out",
+    "not settled",
+    "light below dark",
+    "rungs disagree",
+    "direct beam changed",
+)
 """Events that are worth a line while it runs; the log has all."""
 
 
@@ -34,13 +55,15 @@ def command(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     resume: Annotated[bool, Parameter(negative="")] = False,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
+    live: Annotated[bool, Parameter(negative="")] = False,
     budget: Path | None = None,
     overwrite: Overwrite = False,
 ) -> int:
     """Run a measurement plan and write the absolute scan, raw counts included.
 
     While it runs, rows are safe in the folder OUTPUT.run. Ctrl-C once finishes the exchange and stops;
-    twice stops at once, with lamp shutter and stages made safe. --resume goes on after any stop.
+    twice stops at once, with lamp shutter and stages made safe. --resume goes on after any stop. Ctrl-Z
+    pauses after the point; 'fg' goes on, with a check point first.
 
     Parameters
     ----------
@@ -54,6 +77,8 @@ def command(
         go on with an interrupted measurement
     dry_run
         only print points, reachable share and estimated time
+    live
+        show each point as it comes: its spectrum, its value, and the time left
     budget
         budget file (TOML) for the uncertainties; the paper's budget if not given
     """
@@ -62,7 +87,7 @@ def command(
         return 0
     if output is None:
         raise InputError("no output file; add -o scan.h5, or --dry-run to see the plan")
-    with progress_bar("measuring") as report, StopRequest(_tell_stop) as stop:
+    with _watching(live) as (report, snapshot), StopRequest(_tell_stop, _tell_pause) as stop:
         try:
             outcome = measure(
                 plan,
@@ -74,6 +99,9 @@ def command(
                 report=report,
                 show=_show,
                 check=stop.check,
+                ask=make_ask(stop.check),
+                pause=stop.pause,
+                live=snapshot,
             )
         except StoppedError:
             folder = run_folder(output)
@@ -89,19 +117,55 @@ def command(
                 "clbrdf: stopped at once, stages and shutter made safe; go on with --resume", file=sys.stderr
             )
             return INTERRUPTED
+    _print_outcome(output, outcome)
+    return _verdict(outcome)
+
+
+def _print_outcome(output: Path, outcome: Outcome) -> None:
     rows = [
         ["points", f"{outcome.points}"],
         ["left out, out of reach", f"{outcome.left_out}"],
         ["skipped at limit switches", f"{outcome.skipped}"],
+        ["values", f"{outcome.values}"],
+        *([f"  flagged {name}", f"{count}"] for name, count in outcome.flagged.items()),
+        ["  of them no measurement", f"{outcome.masked}"],
         ["lines in the log", f"{outcome.events}"],
     ]
     print_table(f"{output}: measured", ("quantity", "value"), rows)
-    return 0
+
+
+def _verdict(outcome: Outcome) -> int:
+    """Say loudly what makes a scan doubtful; 1 where something does."""
+    complaints = [f"the direct beam was {text}" for text in outcome.changes]
+    worst = max(outcome.flagged.values(), default=0)
+    if worst > MANY * outcome.values:
+        names = ", ".join(f"{name} {count / outcome.values:.0%}" for name, count in outcome.flagged.items())
+        complaints.append(
+            f"many of the {outcome.values} values are flagged ({names}): look at them before use"
+        )
+    for text in complaints:
+        print(f"clbrdf: {text}", file=sys.stderr)
+    return DOUBTFUL if complaints else 0
 
 
 def _tell_stop() -> None:
     # Only async-signal-safe work here: a print could meet a print.
     os.write(2, b"\nstopping after this exchange; once more to stop at once\n")
+
+
+def _tell_pause() -> None:
+    os.write(2, b"\npausing after this point; 'fg' goes on\n")
+
+
+@contextmanager
+def _watching(live: bool) -> Iterator[tuple[Report, Callable[[Snapshot], None] | None]]:
+    """Give what shows progress: a bar, or the running measurement itself."""
+    if live:
+        with live_view() as show:
+            yield silent, show
+    else:
+        with progress_bar("measuring") as report:
+            yield report, None
 
 
 def _show(event: Event) -> None:

@@ -16,6 +16,7 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, read_only
 from clbrdf.models import Model, get_model
 from clbrdf.scan import Scan
+from clbrdf.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -170,9 +171,14 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                return _read(hdf5.find_entry(file, path))
+                entry = hdf5.find_entry(file, path)
+                check_sizes(entry)
+                return _read(entry)
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
+            except (AttributeError, IndexError, TypeError, ValueError) as error:
+                # An array of another shape or type than a fit has.
+                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error
 
 
 ARRAYS = (

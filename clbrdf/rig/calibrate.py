@@ -22,11 +22,12 @@ from clbrdf.errors import InputError
 from clbrdf.flags import FLAGS, for_other_reasons
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.budget import Budget
-from clbrdf.rig.drivers import get_driver
+from clbrdf.rig.exposure import saturation_limit
 from clbrdf.rig.kinematics import forward
+from clbrdf.rig.panel import panel_share
 from clbrdf.rig.planfile import WavelengthGrid
 from clbrdf.rig.rawscan import RawScan, write_raw
-from clbrdf.rig.row import ROW_FLAGS, SKIPPED
+from clbrdf.rig.row import DISAGREE, NO_ROW, PANEL, ROW_FLAGS, SKIPPED
 from clbrdf.rig.uncertainty import (
     MEDIAN_OF_THREE,
     angle_sigma,
@@ -43,6 +44,7 @@ BLOCK_ROWS = 512
 NOT_MEASURED = np.uint32(1 << FLAGS.index("not_measured"))
 LIMIT = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("limit_switch"))
 SATURATED_VALUE = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("saturated"))
+DISAGREE_VALUE = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("rungs_disagree"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +79,7 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
         Points are missing, or the plan's wavelengths lie outside the spectrometer's.
     """
     rows = raw.point_rows()
-    grid = grid_of(raw.plan.wavelength)
-    weights = resampling(raw.wavelength, grid, raw.plan.wavelength.step)
+    grid, weights = grid_and_weights(raw.wavelength, raw.plan.wavelength, raw.is_discrete)
     skipped = (raw.rows["flags"][rows] & SKIPPED) != 0
     theta_i, phi_i, theta_r, phi_r = _angles(raw, rows, skipped)
     shape = (len(rows), len(grid))
@@ -90,6 +91,7 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
         if len(good):
             _fill(raw, rows[good], cos_deg(theta_r[good]), weights, good, budget, brdf, flags, parts)
     flags[skipped] |= NOT_MEASURED | LIMIT
+    flags[(raw.rows["flags"][rows] & DISAGREE) != 0] |= DISAGREE_VALUE
     scan = Scan(
         theta_i,
         phi_i,
@@ -105,6 +107,28 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
     )
     kinds = {"counting": "point", "incident power": "scale", "stray light": "scale"}
     return _with_budget(raw, scan, rows, skipped, budget, parts, kinds)
+
+
+def grid_and_weights(wavelength: Array, grid: WavelengthGrid, is_discrete: bool) -> tuple[Array, Array]:
+    """Return the wavelengths of the result (W,), nm, and the weights (W, P) of the pixels in them.
+
+    A detector of single wavelengths gives those within the plan's range, as they are.
+
+    Raises
+    ------
+    InputError
+        As `resampling`, or no wavelength lies within the plan's range.
+    """
+    if not is_discrete:
+        wanted = grid_of(grid)
+        return wanted, resampling(wavelength, wanted, grid.step)
+    inside = (wavelength >= grid.start) & (wavelength <= grid.stop)
+    if not inside.any():
+        raise InputError(
+            f"the detector's wavelengths ({', '.join(f'{w:g}' for w in wavelength)} nm) lie outside the"
+            f" plan's {grid.start:g} to {grid.stop:g} nm"
+        )
+    return wavelength[inside], np.eye(len(wavelength))[inside]
 
 
 def grid_of(grid: WavelengthGrid) -> Array:
@@ -158,7 +182,7 @@ def _angles(raw: RawScan, rows: npt.NDArray[np.intp], skipped: npt.NDArray[np.bo
     """θi, φi, θr, φr from the axes read back; of skipped points as planned."""
     axes = np.asarray(raw.rows["axes"][rows], dtype=np.float64)
     pose = forward(np.where(skipped[:, None], 0.0, axes))
-    planned = (raw.directions.theta_i, np.zeros(len(rows)), raw.directions.theta_r, raw.directions.phi)
+    planned = raw.rows["nominal"][rows].T
     measured = (pose.theta_i, pose.phi_i, pose.theta_r, pose.phi_r)
     # The axes are read back to 0.0001°; nine decimals drop the noise of arithmetic, no more.
     return [np.where(skipped, p, np.round(m, 9)) for p, m in zip(planned, measured, strict=True)]
@@ -180,7 +204,7 @@ def _fill(
     direct = table["direct"][rows]
     signal, variance = _rates(raw, rows)
     unique, back = np.unique(direct, return_inverse=True)
-    incident, incident_variance = (values[back] for values in _rates(raw, unique))
+    incident, incident_variance = (values[back] for values in _incident(raw, unique))
     power = table["reference_power"]
     carried = (power[direct] / power[rows])[:, None]
     # A pixel without incident light says nothing about reflection there.
@@ -197,25 +221,71 @@ def _fill(
     if budget.points.stray_light:
         stray = budget.points.stray_light * signal.mean(axis=1, keepdims=True) * factor
         parts["stray light"][places] = np.abs(resample(stray, weights))
-    full = _full_scale(raw)
-    counts = table["counts"]
-    full_pixels = (counts[rows] >= full) | (counts[direct] >= full)
+    full_pixels = is_full(raw, rows) | is_full(raw, direct)
     flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
     flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
 
 
-def _full_scale(raw: RawScan) -> int:
-    return int(get_driver("spectrometer", raw.rig.spectrometer.driver).full_scale)
+def _incident(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return the incident power P_i of (2), counts per second, (n, P), and its variance.
+
+    The direct beam is it; a panel's signal is divided by what the panel sends of it to the detector.
+    """
+    rate, variance = _rates(raw, rows)
+    here = np.nonzero(raw.rows["kind"][rows] == PANEL)[0]
+    if len(here):
+        panel = raw.rig.geometry.panel
+        assert panel is not None
+        axes = np.asarray(raw.rows["axes"][rows[here]], dtype=np.float64)
+        low, high = panel_window(raw)
+        share = np.ones((len(here), len(raw.wavelength)))
+        share[:, low:high] = panel_share(panel, axes, raw.wavelength[low:high], raw.rig.geometry.solid_angle)
+        rate[here] /= share
+        variance[here] /= share**2
+    return rate, variance
+
+
+def panel_window(raw: RawScan) -> tuple[int, int]:
+    """Pixels that the plan's wavelengths use: a panel's table need not reach farther."""
+    _, weights = grid_and_weights(raw.wavelength, raw.plan.wavelength, raw.is_discrete)
+    used = np.nonzero(weights.sum(axis=0))[0]
+    return int(used[0]), int(used[-1]) + 1
+
+
+def is_full(raw: RawScan, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
+    """Say which pixels (n, P) of rows were saturated in at least one scan."""
+    limit = saturation_limit(raw.full_scale, raw.rig.spectrometer)
+    scans = raw.rows["scans"][rows].astype(np.uint64)[:, None]
+    return np.asarray(raw.rows["counts"][rows] >= limit * scans)
 
 
 def _rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Linear net counts per second (n, P) of rows and their variance from counting and reading."""
+    """Linear net counts per second (n, P) of rows and their variance from counting and reading.
+
+    Where a row has longer integration times besides, each pixel takes the longest that is not saturated.
+    """
+    rate, variance = _own_rates(raw, rows)
+    longer = raw.rows["rung"][rows]
+    while (longer != NO_ROW).any():
+        here = np.nonzero(longer != NO_ROW)[0]
+        there = longer[here].astype(np.intp)
+        own, own_variance = _own_rates(raw, there)
+        good = ~is_full(raw, there)
+        rate[here] = np.where(good, own, rate[here])
+        variance[here] = np.where(good, own_variance, variance[here])
+        longer = np.where(longer == NO_ROW, NO_ROW, raw.rows["rung"][longer])
+    return rate, variance
+
+
+def _own_rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """As `_rates`, of the rows' own integration times."""
     table, detector = raw.rows, raw.rig.spectrometer
-    counts = table["counts"][rows].astype(np.float64)
-    dark = table["counts"][table["dark"][rows]].astype(np.float64)
+    scans, dark_scans = (table["scans"][r].astype(np.float64)[:, None] for r in (rows, table["dark"][rows]))
+    counts = table["counts"][rows] / scans
+    dark = table["counts"][table["dark"][rows]] / dark_scans
     seconds = table["integration_time"][rows][:, None]
     linear, slope = linearised(counts - dark, raw.nonlinearity)
-    variance = count_variance(counts, detector) + count_variance(dark, detector)
+    variance = count_variance(counts, detector) / scans + count_variance(dark, detector) / dark_scans
     return linear / seconds, variance * (slope / seconds) ** 2
 
 
@@ -241,6 +311,8 @@ def _with_budget(
         reading = raw.rig.reference.noise * np.sqrt(MEDIAN_OF_THREE / 2.0)
         parts["reference"], kinds["reference"] = size * reading, "point"
         parts["incident power"] = np.hypot(parts["incident power"], size * reading)
+    if raw.rig.geometry.panel is not None:
+        parts["panel"], kinds["panel"] = size * raw.rig.geometry.panel.uncertainty, "scale"
     if budget.points.angle:
         axes = np.where(skipped[:, None], 0.0, raw.rows["axes"][rows])
         parts["angle"], kinds["angle"] = angle_sigma(scan, axes, budget.points.angle), "point"

@@ -17,7 +17,6 @@ sample = "yellow tin foil, Table 1 (emulated)"
 theta_i = [30, 45, 60]
 theta_r = { start = 0, stop = 85, step = 2.5 }
 phi_r = [180]
-dark_every = 60
 reference_every = 120
 longest_time = 1.0
 wavelength = { start = 380, stop = 760, step = 5 }

@@ -45,6 +45,10 @@ class OutOfBandError(InstrumentError):
     """The lamp, a reading or a check point is not where it should be."""
 
 
+class UnmendedError(OutOfBandError):
+    """Something that trying again will not mend: a person has to look (lamp, fibre, shutter, sample)."""
+
+
 class StorageError(DeviceError):
     """The disk is full, or nearly so; committed rows are safe, and trying again does not help."""
 

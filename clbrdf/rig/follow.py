@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -88,7 +87,7 @@ def progress_of(path: str | Path) -> Progress:
 def _running(folder: Path) -> Progress:
     paths = segments(folder)
     tables = [read_rows(segment) for segment in paths]
-    total = len(json.loads(read_header(paths[0])["route"])["theta_i"]) if paths else 0
+    total = int(read_header(paths[0])["points"] or 0) if paths else 0
     log = log_path(folder)
     events = len(log.read_text(encoding="utf-8").splitlines()) if log.exists() else 0
     rows = sum(len(table["kind"]) for table in tables)

@@ -7,20 +7,20 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
+from clbrdf.rig.connection import Context, nobody
 from clbrdf.rig.drivers import get_driver
 from clbrdf.rig.errors import InstrumentError, LimitReachedError, NotReferencedError, StalledError
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.motion import Stages, make_stages
 from clbrdf.rig.rigfile import Rig
-from clbrdf.rig.roles import Motion, ReferenceDetector, Spectrometer
-from clbrdf.rig.transport import Line
+from clbrdf.rig.roles import ReferenceDetector, Spectrometer
 
 REPLUG_POLL = 0.05
 
 
 @dataclass(frozen=True)
 class Instruments:
-    """Three lines and what hangs on them.
+    """Stages, spectrometer and reference detector.
 
     Attributes
     ----------
@@ -28,8 +28,7 @@ class Instruments:
     stages : Stages
     spectrometer : Spectrometer
     reference : ReferenceDetector
-    lines : tuple of Line
-        In the same order.
+    log : EventLog
     check : callable
         Raises `StoppedError` where the user wants to stop.
     """
@@ -38,11 +37,15 @@ class Instruments:
     stages: Stages
     spectrometer: Spectrometer
     reference: ReferenceDetector
-    lines: tuple[Line, Line, Line]
+    log: EventLog
     check: Callable[[], None]
 
-    def _parts(self) -> list[tuple[Line, Stages | Spectrometer | ReferenceDetector]]:
-        return list(zip(self.lines, (self.stages, self.spectrometer, self.reference), strict=True))
+    def _parts(self) -> list[tuple[str, Stages | Spectrometer | ReferenceDetector]]:
+        return [
+            ("stages", self.stages),
+            ("spectrometer", self.spectrometer),
+            ("reference", self.reference),
+        ]
 
     def connect(self) -> str:
         """Open and identify all three before anything moves; return what they are.
@@ -50,12 +53,11 @@ class Instruments:
         Raises
         ------
         InstrumentError
-            A port does not exist, is busy, or belongs to another instrument.
+            An instrument does not exist, is busy, or is another one.
         """
-        for line in self.lines:
-            line.open()
-            line.drain()
-        return "; ".join(f"{line.name}: {part.identify()}" for line, part in self._parts())
+        for _, part in self._parts():
+            part.open()
+        return "; ".join(f"{name}: {part.identify()}" for name, part in self._parts())
 
     def home(self) -> None:
         """Home the stages and make the settings of the other two."""
@@ -70,7 +72,7 @@ class Instruments:
     def calls_for_homing(self, error: InstrumentError) -> bool:
         """Say whether the stages' positions are no longer to be trusted after an error."""
         lost = NotReferencedError | StalledError | LimitReachedError
-        return isinstance(error, lost) or not self.lines[0].is_open
+        return isinstance(error, lost) or not self.stages.is_open
 
     def recover(self, must_home: bool) -> bool:
         """Bring everything back to a known state; True where the stages were homed.
@@ -80,32 +82,29 @@ class Instruments:
         InstrumentError
             It does not come back.
         """
-        for line, part in self._parts():
-            if not line.is_open:
-                self._reopen(line)
-            line.drain()
+        for name, part in self._parts():
+            if not part.is_open:
+                self._reopen(name, part)
             part.identify()
         self.spectrometer.forget()
         self.configure_reference()
-        ready = all(stage.get_status().motion is Motion.READY for stage in self.stages.stages)
-        if must_home or not ready:
+        if must_home or not self.stages.is_ready():
             self.stages.home()
             return True
         return False
 
-    def _reopen(self, line: Line) -> None:
+    def _reopen(self, name: str, part: Stages | Spectrometer | ReferenceDetector) -> None:
         deadline = time.monotonic() + self.rig.recovery.replug_time
         while True:
             try:
-                line.open()
-                line.drain()
+                part.open()
             except InstrumentError:
                 if time.monotonic() > deadline:
                     raise
                 self.check()
                 time.sleep(REPLUG_POLL)
             else:
-                line.fault("replugged", f"{line.port} is open again; nothing about its instrument is assumed")
+                self.log.add(name, "replugged", "connected again; nothing about the instrument is assumed")
                 return
 
     def make_safe(self) -> None:
@@ -116,28 +115,37 @@ class Instruments:
             self.spectrometer.set_shutter(False)
 
     def close(self) -> None:
-        """Close the ports."""
-        for line in self.lines:
-            line.close()
+        """Disconnect."""
+        for _, part in self._parts():
+            part.close()
 
 
-def make_instruments(rig: Rig, log: EventLog, check: Callable[[], None]) -> Instruments:
+def make_instruments(
+    rig: Rig, log: EventLog, check: Callable[[], None], ask: Callable[[str], str] = nobody
+) -> Instruments:
     """Return the instruments of a rig file, not yet connected.
+
+    Parameters
+    ----------
+    rig : Rig
+    log : EventLog
+    check : callable
+        Called between exchanges; raises `StoppedError` where the user wants to stop.
+    ask : callable
+        Puts a question to a person and returns the answer.
 
     Raises
     ------
     InputError
         The file names a driver that does not exist.
+    InstrumentError
+        A driver needs an extra that is not installed.
     """
-    lines = tuple(
-        Line(name, part.port, part.baud, part.patience, part.reply_time, log)
-        for name, part in (
-            ("stages", rig.stages),
-            ("spectrometer", rig.spectrometer),
-            ("reference", rig.reference),
-        )
+    stages = make_stages(rig.stages, Context("stages", log, ask), check)
+    spectrometer = get_driver("spectrometer", rig.spectrometer.driver).connect(
+        rig.spectrometer, Context("spectrometer", log, ask)
     )
-    stages = make_stages(lines[0], rig.stages, get_driver("stages", rig.stages.driver), check)
-    spectrometer = get_driver("spectrometer", rig.spectrometer.driver)(lines[1])
-    reference = get_driver("reference", rig.reference.driver)(lines[2])
-    return Instruments(rig, stages, spectrometer, reference, (lines[0], lines[1], lines[2]), check)
+    reference = get_driver("reference", rig.reference.driver).connect(
+        rig.reference, Context("reference", log, ask)
+    )
+    return Instruments(rig, stages, spectrometer, reference, log, check)

@@ -1,4 +1,8 @@
-"""Ctrl-C during a measurement: the first finishes the exchange and stops cleanly, the second at once."""
+"""Ctrl-C and Ctrl-Z during a measurement.
+
+The first Ctrl-C finishes the exchange and stops cleanly, the second stops at once. Ctrl-Z finishes the point
+and pauses there; `fg` goes on.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +25,21 @@ class StopRequest:
     ----------
     told : callable
         Called at the first signal, to tell the user what happens now.
+    told_pause : callable
+        Called when a pause is asked for.
     """
 
-    def __init__(self, told: Callable[[], None]) -> None:
+    def __init__(self, told: Callable[[], None], told_pause: Callable[[], None] = lambda: None) -> None:
         self.told = told
+        self.told_pause = told_pause
         self.is_asked = False
+        self.is_pausing = False
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> StopRequest:
         for number in (signal.SIGINT, signal.SIGTERM):
             self._before[number] = signal.signal(number, self._asked)
+        self._before[signal.SIGTSTP] = signal.signal(signal.SIGTSTP, self._asked_to_pause)
         return self
 
     def __exit__(
@@ -46,6 +55,23 @@ class StopRequest:
             raise KeyboardInterrupt
         self.is_asked = True
         self.told()
+
+    def _asked_to_pause(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        self.is_pausing = True
+        self.told_pause()
+
+    def pause(self, make_safe: Callable[[], None]) -> bool:
+        """Stop the process where a pause was asked for, until it is continued; say whether it was.
+
+        `make_safe` is called before it stops.
+        """
+        if not self.is_pausing:
+            return False
+        self.is_pausing = False
+        make_safe()
+        signal.raise_signal(signal.SIGSTOP)
+        return True
 
     def check(self) -> None:
         """Raise StoppedError if the user asked to stop."""

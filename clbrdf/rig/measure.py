@@ -15,22 +15,27 @@ import numpy.typing as npt
 from clbrdf import __version__
 from clbrdf.errors import InputError
 from clbrdf.files import check_output
-from clbrdf.geometry import Directions
 from clbrdf.hdf5 import first_line
 from clbrdf.progress import Report, silent
-from clbrdf.rig.acquire import Acquisition
+from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
 from clbrdf.rig.budget import Budget
-from clbrdf.rig.calibrate import calibrate, grid_of, resampling, save_calibrated
+from clbrdf.rig.calibrate import calibrate, grid_and_weights, save_calibrated
+from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
+from clbrdf.rig.lamplines import corrected
+from clbrdf.rig.live import Live, Snapshot
 from clbrdf.rig.planfile import Plan, load_plan
+from clbrdf.rig.planner import FixedRoute, Planner
 from clbrdf.rig.rawscan import RawScan, read_raw, read_settings
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
-from clbrdf.rig.row import SKIPPED
+from clbrdf.rig.row import REFERENCES, SKIPPED, Row
+from clbrdf.rig.sanity import check_nonlinearity, check_wavelengths
 from clbrdf.rig.segment import Columns, read_header, read_rows
 from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
+from clbrdf.scan import Scan
 
 
 @dataclass(frozen=True)
@@ -47,12 +52,42 @@ class Outcome:
         Of the plan, because they cannot be reached.
     events : int
         Lines in the log.
+    values : int
+        Points times wavelengths.
+    flagged : mapping of str to int
+        Values by what is wrong with them; one value may count under several names.
+    masked : int
+        Values that are no measurement at all.
+    changes : tuple of str
+        What the log says of a direct beam that was not what it was before.
     """
 
     points: int
     skipped: int
     left_out: int
     events: int
+    values: int
+    flagged: dict[str, int]
+    masked: int
+    changes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """What a measurement calls while it runs; as `measure` takes them."""
+
+    report: Report
+    check: Callable[[], None]
+    ask: Callable[[str], str]
+    pause: Callable[[Callable[[], None]], bool]
+    live: Callable[[Snapshot], None] | None
+
+    def seen(self, plan: Plan, rig: Rig, store: Store, budget: Budget) -> Callable[[Row], None]:
+        """Return what is told each point as it is committed."""
+        if self.live is None:
+            return ignore
+        total = int(store.header["points"] or 0)
+        return Live(plan, rig, store, total, budget, self.live).point
 
 
 def never() -> None:
@@ -70,6 +105,9 @@ def measure(
     report: Report = silent,
     show: Callable[[Event], None] | None = None,
     check: Callable[[], None] = never,
+    ask: Callable[[str], str] = nobody,
+    pause: Callable[[Callable[[], None]], bool] = undisturbed,
+    live: Callable[[Snapshot], None] | None = None,
 ) -> Outcome:
     """Measure a plan on a rig and write the absolute scan.
 
@@ -89,6 +127,12 @@ def measure(
         Told the points done and in all; told each event of the log.
     check : callable
         Called between exchanges; raises `StoppedError` to stop cleanly.
+    ask : callable
+        Puts a question to a person and returns the answer, for what is done by hand.
+    pause : callable
+        Called between points with what makes the rig safe; True where it has waited.
+    live : callable, optional
+        Told each point, calibrated, as it comes.
 
     Raises
     ------
@@ -127,7 +171,7 @@ def measure(
         log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
         for reason, count in route.unreachable.items():
             log.add("rig", "left out", f"{count} points {reason}")
-        _acquire(plan, rig, route, folder, log, report, check)
+        _acquire(plan, rig, FixedRoute(route), folder, log, Hooks(report, check, ask, pause, live), chosen)
         raw = join(folder)
         calibrated = calibrate(raw, chosen)
         try:
@@ -138,25 +182,33 @@ def measure(
                 " free some space, then go on with --resume"
             ) from error
         _discard(folder)
-    return _outcome(raw, route)
+    return _outcome(raw, calibrated.scan, route)
 
 
-def _outcome(raw: RawScan, route: Route) -> Outcome:
-    skipped = int(np.count_nonzero(raw.rows["flags"] & SKIPPED))
-    left_out = route.planned - len(route)
-    return Outcome(len(raw.directions), skipped, left_out, len(raw.log.splitlines()))
+def _outcome(raw: RawScan, scan: Scan, route: Route) -> Outcome:
+    mark, lines = f": {CHANGED}: ", raw.log.splitlines()
+    return Outcome(
+        len(scan.theta_i),
+        int(np.count_nonzero(raw.rows["flags"] & SKIPPED)),
+        route.planned - len(route),
+        len(lines),
+        scan.brdf.size,
+        scan.flag_counts(),
+        int(np.count_nonzero(scan.mask)),
+        tuple(line.partition(mark)[2] for line in lines if mark in line),
+    )
 
 
 def _finished(target: Path, plan: Plan, rig: Rig, route: Route, folder: Path) -> Outcome:
     """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
     raw = read_raw(target)
-    wanted = _header(plan, rig, None)
+    wanted = _header(plan, rig)
     for key in ("plan", "rig"):
         if raw.provenance.get(f"{key}_sha256") != wanted[f"{key}_fingerprint"]:
             raise InputError(f"{target}: exists and was measured with another {key}; choose another name")
     if folder.exists():
         _discard(folder)
-    return _outcome(raw, route)
+    return _outcome(raw, Scan.open(target), route)
 
 
 def _tidy(target: Path) -> None:
@@ -175,27 +227,34 @@ def _old(folder: Path) -> Path:
 def _acquire(
     plan: Plan,
     rig: Rig,
-    route: Route,
+    planner: Planner,
     folder: Path,
     log: EventLog,
-    report: Report,
-    check: Callable[[], None],
+    hooks: Hooks,
+    budget: Budget,
 ) -> None:
     """Connect and measure what is missing."""
-    store = Store(folder, _header(plan, rig, route), rig.storage.keep_free)
-    if len(store.done) == len(route):
+    store = Store(folder, {**_header(plan, rig), "points": str(planner.total or "")}, rig.storage.keep_free)
+    for row in store.points:
+        planner.tell(row)
+    if planner.ask() is None and store.last is not None and store.last.kind in REFERENCES:
         return
-    instruments = make_instruments(rig, log, check)
+    instruments = make_instruments(rig, log, hooks.check, hooks.ask)
     try:
         store.header.update(_connect(instruments))
         _check_same_spectrometer(store)
         wavelength = np.array(json.loads(store.header["wavelength"]))
-        acquisition = Acquisition(instruments, plan, route, store, log, _window(wavelength, plan), check)
-        acquisition.run(report)
+        window = _window(wavelength, plan, instruments.spectrometer.is_discrete)
+        seen = hooks.seen(plan, rig, store, budget)
+        acquisition = Acquisition(
+            instruments, plan, planner, store, log, window, hooks.check, hooks.pause, seen, hooks.ask
+        )
+        acquisition.run(hooks.report)
+        instruments.stages.park()
     except InstrumentError as error:
         if not segments(folder):
             raise
-        done = f"{len(store.done)} of {len(route)} points are safe"
+        done = f"{len(store.points)} of {planner.total or 'the'} points are safe"
         raise InstrumentError(f"{error}; {done}, go on with --resume") from error
     finally:
         instruments.make_safe()
@@ -208,14 +267,19 @@ def _acquire(
 def _connect(instruments: Instruments) -> dict[str, str]:
     """Connect, and return what the instruments say of themselves, for the header of a segment."""
     identity = instruments.connect()
-    spectrometer = instruments.spectrometer
-    pixel = np.arange(spectrometer.pixels, dtype=np.float64)
-    coefficients = spectrometer.get_wavelength_coefficients()
-    wavelength = np.polynomial.polynomial.polyval(pixel, coefficients)
+    spectrometer, settings = instruments.spectrometer, instruments.rig.spectrometer
+    wavelength = spectrometer.get_wavelengths()
+    check_wavelengths(wavelength)
+    wavelength = corrected(wavelength, settings.wavelength_correction)
+    full_scale = min(spectrometer.full_scale, settings.full_scale or spectrometer.full_scale)
+    nonlinearity = spectrometer.get_nonlinearity_coefficients()
+    check_nonlinearity(nonlinearity, full_scale)
     return {
         "instruments": identity,
         "wavelength": json.dumps(wavelength.tolist()),
-        "nonlinearity": json.dumps(spectrometer.get_nonlinearity_coefficients().tolist()),
+        "nonlinearity": json.dumps(nonlinearity.tolist()),
+        "full_scale": str(full_scale),
+        "is_discrete": str(int(spectrometer.is_discrete)),
         "begun": now_text(),
     }
 
@@ -230,25 +294,20 @@ def _check_same_spectrometer(store: Store) -> None:
             )
 
 
-def _window(wavelength: npt.NDArray[np.float64], plan: Plan) -> slice:
+def _window(wavelength: npt.NDArray[np.float64], plan: Plan, is_discrete: bool) -> slice:
     """Pixels that the plan's grid uses; raises InputError where the spectrometer lacks some."""
-    weights = resampling(wavelength, grid_of(plan.wavelength), plan.wavelength.step)
+    _, weights = grid_and_weights(wavelength, plan.wavelength, is_discrete)
     used = np.nonzero(weights.sum(axis=0))[0]
     return slice(int(used[0]), int(used[-1]) + 1)
 
 
-def _header(plan: Plan, rig: Rig, route: Route | None) -> dict[str, str]:
-    directions = {}
-    if route is not None:
-        d = route.directions
-        directions = {name: getattr(d, name).tolist() for name in ("theta_i", "theta_r", "phi")}
+def _header(plan: Plan, rig: Rig) -> dict[str, str]:
     return {
         "software": f"clbrdf {__version__}",
         "plan": plan.model_dump_json(),
         "rig": rig.model_dump_json(),
         "plan_fingerprint": _hash(plan.model_dump_json()),
         "rig_fingerprint": _hash(rig.fingerprint()),
-        "route": json.dumps(directions),
     }
 
 
@@ -274,14 +333,14 @@ def join(folder: Path) -> RawScan:
     header = read_header(paths[0])
     tables = [read_rows(path) for path in paths]
     rows: Columns = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-    route = json.loads(header["route"])
     plan, rig = read_settings(header["plan"], header["rig"], paths[0])
     return RawScan(
         plan,
         rig,
-        Directions.relative(*(np.array(route[name]) for name in ("theta_i", "theta_r", "phi"))),
         np.array(json.loads(header["wavelength"])),
         np.array(json.loads(header["nonlinearity"])),
+        int(header["full_scale"]),
+        header["is_discrete"] == "1",
         rows,
         log_path(folder).read_text(encoding="utf-8"),
         {

@@ -37,23 +37,37 @@ class Plan(DirectionGrid):
         "shortest" arranges the points so that the stages travel less.
     repeats : int
         Measurements of each direction.
-    dark_every, reference_every : int
-        A dark spectrum serves at most this many rows, the incident power this many.
+    dark_time : float
+        A dark spectrum serves at most this long, s.
+    dark_drift : float
+        It serves no longer where the detector's temperature has changed by more than this, K.
+    dark_every : int or None
+        It serves at most this many rows, if given.
+    reference_every : int
+        The incident power serves at most this many rows.
     integration_time : "auto" or float
         s; "auto" takes for each direction the longest that does not saturate.
     shortest_time, longest_time : float
         Limits of "auto", s.
+    scans : int
+        Scans to sum for each spectrum.
+    hdr : int
+        Longer integration times to measure besides, for the wavelengths with little light.
     wavelength : WavelengthGrid
     """
 
     sample: str = ""
     order: Literal["shortest", "given"] = "shortest"
     repeats: Annotated[int, Field(ge=1, le=10_000)] = 1
-    dark_every: Annotated[int, Field(ge=1)] = 50
+    dark_time: Annotated[float, Field(gt=0.0, le=86400.0)] = 600.0
+    dark_drift: Annotated[float, Field(gt=0.0)] = 0.5
+    dark_every: Annotated[int, Field(ge=1)] | None = None
     reference_every: Annotated[int, Field(ge=1)] = 200
     integration_time: Literal["auto"] | Annotated[float, Field(ge=10e-6, le=85.0)] = "auto"
     shortest_time: Annotated[float, Field(ge=10e-6, le=85.0)] = 10e-6
     longest_time: Annotated[float, Field(ge=10e-6, le=85.0)] = 2.0
+    scans: Annotated[int, Field(ge=1, le=10_000)] = 1
+    hdr: Annotated[int, Field(ge=0, le=6)] = 0
     wavelength: WavelengthGrid = WavelengthGrid()
 
     @model_validator(mode="after")

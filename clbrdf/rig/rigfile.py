@@ -1,128 +1,31 @@
-"""The rig file: which instruments hang on which ports, how the goniometer is built, what is safe."""
+"""The rig file: which instruments there are, how the goniometer is built, what is safe.
+
+Each of the sections `stages`, `spectrometer` and `reference` names a driver, and that driver says which
+keys the section has besides those given here (:mod:`clbrdf.rig.drivers`).
+"""
 
 from __future__ import annotations
 
+import json
+import tomllib
+from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializeAsAny, create_model, model_validator
 
 from clbrdf.errors import InputError
-from clbrdf.rig.drivers import get_driver
+from clbrdf.rig.drivers import axis_of, connection_of, get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
+from clbrdf.rig.panel import PanelSettings, load_panel
+from clbrdf.rig.stagesettings import AXES, Angle, NotNegative, Positive, StageSettings, StagesSettings
 from clbrdf.tomlfile import Settings, load_toml
 
-AXES = ("lamp", "turn", "pitch")
-"""The three axes, in the order of every axis array."""
-
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
-Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
+ROLES = ("stages", "spectrometer", "reference")
 
 
-class PortSettings(Settings):
-    """A serial port.
-
-    Attributes
-    ----------
-    port : str
-        Path, relative to the rig file.
-    baud : int
-        Bits per second.
-    patience : float
-        Margin on every deadline, s.
-    reply_time : float
-        Longest time the instrument takes to begin a reply, s.
-    """
-
-    port: str
-    baud: Annotated[int, Field(ge=300, le=4_000_000)]
-    patience: Annotated[float, Field(gt=0.0, le=60.0)] = 0.3
-    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.02
-
-
-class StageSettings(Settings):
-    """One axis: rig angle = sign · (controller's position − zero).
-
-    Attributes
-    ----------
-    address : int
-        On the line, 1 to 31.
-    limits : (float, float)
-        Lowest and highest rig angle, degrees, inside the hard limits.
-    velocity, acceleration : float
-        deg/s, deg/s².
-    zero : float
-        Controller's position at rig angle 0, degrees.
-    sign : int
-        1, or −1 where the stage turns the other way.
-    """
-
-    address: Annotated[int, Field(ge=1, le=31)]
-    limits: tuple[Angle, Angle]
-    velocity: Positive = 20.0
-    acceleration: Positive = 80.0
-    zero: Angle = 0.0
-    sign: Annotated[int, Field(ge=-1, le=1)] = 1
-
-    @model_validator(mode="after")
-    def _check(self) -> StageSettings:
-        low, high = self.limits
-        if not low < high:
-            raise ValueError(f"limits are [{low:g}, {high:g}]; give the lower angle first, then a higher one")
-        if self.sign == 0:
-            raise ValueError("sign is 0; give 1 or -1")
-        home = self.from_raw(0.0)
-        if not low <= home <= high:
-            raise ValueError(f"limits [{low:g}, {high:g}] leave out the home position, {home:g}°")
-        return self
-
-    @property
-    def raw_limits(self) -> tuple[float, float]:
-        """The limits in the controller's positions, lower first."""
-        ends = sorted(self.to_raw(limit) for limit in self.limits)
-        return ends[0], ends[1]
-
-    def to_raw(self, angle: float) -> float:
-        """Return the controller's position for a rig angle, to the 0.0001° that travel on the line."""
-        return round(self.zero + self.sign * angle, 4)
-
-    def from_raw(self, position: float) -> float:
-        """Return the rig angle for a controller's position."""
-        return round(self.sign * (position - self.zero), 4)
-
-    def travel_time(self, distance: float) -> float:
-        """Return the seconds for a move of `distance` degrees with a trapezoidal velocity profile."""
-        ramp = self.velocity**2 / self.acceleration
-        if distance < ramp:
-            return float(2.0 * (distance / self.acceleration) ** 0.5)
-        return distance / self.velocity + self.velocity / self.acceleration
-
-
-class StagesSettings(PortSettings):
-    """The line of the three stages; tolerance in degrees, times in s."""
-
-    driver: str = "smc100"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 57600
-    tolerance: Positive = 0.002
-    poll: NotNegative = 0.02
-    settle: NotNegative = 0.0
-    homing_time: Positive = 60.0
-    reset_time: Positive = 10.0
-    lamp: StageSettings
-    turn: StageSettings
-    pitch: StageSettings
-
-    @model_validator(mode="after")
-    def _check(self) -> StagesSettings:
-        get_driver("stages", self.driver)
-        addresses = [getattr(self, name).address for name in AXES]
-        if len(set(addresses)) < len(addresses):
-            raise ValueError(f"addresses are {addresses}; each stage needs its own")
-        return self
-
-
-class SpectrometerSettings(PortSettings):
+class SpectrometerSettings(Settings):
     """The spectrometer and what its counts are worth.
 
     Attributes
@@ -131,23 +34,35 @@ class SpectrometerSettings(PortSettings):
         For the counting noise.
     read_noise : float
         Standard deviation of a dark frame, counts, quantisation included.
+    relative_noise : float
+        Standard deviation of a scan that grows with its signal (power meters, lock-ins), relative.
     bias : float
         Counts at zero time and no light; they carry no counting noise.
+    full_scale : int or None
+        Count at which it saturates, where that is less than its largest number.
+    margin : float
+        Share of full scale above which a count is taken for saturated.
+    shutter_time : float
+        From the shutter's command until it is open or closed for good, s.
+    wavelength_correction : (float, float) or ()
+        Offset in nm, and nm per nm from 550 nm, to add to the spectrometer's wavelengths.
+    least_signal : float
+        How many times its noise the direct beam has to be, in the median over the pixels used.
     """
 
     driver: str = "obp"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
     electrons_per_count: Positive = 2.0
     read_noise: NotNegative = 3.0
+    relative_noise: NotNegative = 0.0
     bias: NotNegative = 1500.0
+    full_scale: Annotated[int, Field(ge=1, le=2**32 - 1)] | None = None
+    margin: Annotated[float, Field(gt=0.1, le=1.0)] = 0.95
+    shutter_time: Annotated[float, Field(ge=0.0, le=60.0)] = 0.2
+    wavelength_correction: tuple[()] | tuple[float, float] = ()
+    least_signal: Annotated[float, Field(ge=3.0)] = 10.0
 
-    @model_validator(mode="after")
-    def _check(self) -> SpectrometerSettings:
-        get_driver("spectrometer", self.driver)
-        return self
 
-
-class ReferenceSettings(PortSettings):
+class ReferenceSettings(Settings):
     """The reference detector, and the band in which the lamp has to stay.
 
     Attributes
@@ -156,6 +71,8 @@ class ReferenceSettings(PortSettings):
         nm, for the meter's own calibration.
     noise : float
         Relative standard deviation of one reading.
+    least : float
+        Power below which there is no light on it, W.
     band : float
         Largest relative deviation from the power at the start; outside, the measurement waits.
     wait, every : float
@@ -163,18 +80,12 @@ class ReferenceSettings(PortSettings):
     """
 
     driver: str = "newport1830c"
-    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
-    reply_time: Annotated[float, Field(gt=0.0, le=60.0)] = 0.5
     wavelength: Annotated[float, Field(ge=200.0, le=2000.0)] = 550.0
     noise: NotNegative = 0.001
+    least: Positive = 1e-9
     band: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.05
     wait: NotNegative = 600.0
     every: NotNegative = 1.0
-
-    @model_validator(mode="after")
-    def _check(self) -> ReferenceSettings:
-        get_driver("reference", self.driver)
-        return self
 
 
 class GeometrySettings(Settings):
@@ -189,6 +100,8 @@ class GeometrySettings(Settings):
         edge-on: there the incident power of (2) is measured.
     lamp_shadow : float
         The lamp stands in the detector's view when |α| is below this, degrees.
+    panel : PanelSettings or None
+        A reference panel that gives the incident power instead; a person puts it in.
     largest_zenith : float
         Beyond it the holder's rim shadows the sample, degrees.
     """
@@ -197,6 +110,7 @@ class GeometrySettings(Settings):
     direct: tuple[Angle, Angle, Angle] = (180.0, 90.0, 0.0)
     lamp_shadow: Annotated[float, Field(gt=0.0, lt=90.0)] = 5.0
     largest_zenith: Annotated[float, Field(gt=0.0, lt=90.0)] = 85.0
+    panel: PanelSettings | None = None
 
 
 class StorageSettings(Settings):
@@ -215,21 +129,22 @@ class RecoverySettings(Settings):
     replug_time : float
         How long a lost port is waited for, s.
     check_tolerance : float
-        How far a check point may lie from its first value, relative.
+        How well a point repeats on this rig beyond the noise of its counts, relative standard
+        deviation; a check point farther off than five of its own standard deviations is an error.
     """
 
     attempts: Annotated[int, Field(ge=1, le=1000)] = 8
     replug_time: Positive = 60.0
-    check_tolerance: Positive = 0.1
+    check_tolerance: Positive = 0.005
 
 
 class Rig(Settings):
     """A whole rig file."""
 
     name: str = "goniospectrometer"
-    stages: StagesSettings
-    spectrometer: SpectrometerSettings
-    reference: ReferenceSettings
+    stages: SerializeAsAny[StagesSettings]
+    spectrometer: SerializeAsAny[SpectrometerSettings]
+    reference: SerializeAsAny[ReferenceSettings]
     geometry: GeometrySettings
     storage: StorageSettings = StorageSettings()
     recovery: RecoverySettings = RecoverySettings()
@@ -244,16 +159,94 @@ class Rig(Settings):
                     f"geometry.direct puts {name} at {angle:g}°,"
                     f" outside stages.{name}.limits [{low:g}, {high:g}]"
                 )
-        ports = [self.stages.port, self.spectrometer.port, self.reference.port]
+        found = [getattr(getattr(self, role), "port", "") for role in ROLES]
+        ports = [port for port in found if port]
         if len(set(ports)) < len(ports):
             raise ValueError(f"ports are {', '.join(ports)}; each instrument needs its own line")
         return self
 
     def fingerprint(self) -> str:
-        """Everything a measurement depends on, as text; ports and the emulator may change on resume."""
-        connection = {"port", "baud", "patience", "reply_time", "poll"}
-        parts = dict.fromkeys(("stages", "spectrometer", "reference"), connection)
+        """Everything a measured value depends on, as text.
+
+        Left out is what may change on resume: how instruments are reached, how long is waited for what,
+        parking and homing, the emulator.
+        """
+        parts = {}
+        for role in ROLES:
+            section = getattr(self, role)
+            connection = connection_of(role, get_driver(role, section.driver))
+            parts[role] = set(connection.model_fields) | OPERATIONAL[role]
         return self.model_dump_json(exclude={"emulator": True, "storage": True, "recovery": True, **parts})
+
+
+OPERATIONAL = {
+    "stages": {"poll", "settle", "homing_time", "reset_time", "move_time", "homing_order", "park"},
+    "spectrometer": {"shutter_time", "least_signal"},
+    "reference": {"least", "band", "wait", "every"},
+}
+"""Settings by section that no measured value depends on."""
+
+DEFAULT_DRIVERS = {"stages": "smc100", "spectrometer": "obp", "reference": "newport1830c"}
+
+
+def rig_class(content: Mapping[str, Any]) -> type[Rig]:
+    """Return the class that checks a rig file whose drivers are those named in its content.
+
+    Raises
+    ------
+    InputError
+        A driver that does not exist, or one for a single axis that shares its line with others.
+    """
+    drivers = []
+    for role in ROLES:
+        section = content.get(role)
+        given = section.get("driver") if isinstance(section, Mapping) else None
+        drivers.append(given if isinstance(given, str) else DEFAULT_DRIVERS[role])
+    stages = content.get("stages")
+    axes = []
+    for name in AXES:
+        axis = stages.get(name) if isinstance(stages, Mapping) else None
+        given = axis.get("driver") if isinstance(axis, Mapping) else None
+        axes.append(given if isinstance(given, str) and given else drivers[0])
+    return _rig_class(*drivers, *axes)
+
+
+@lru_cache(maxsize=64)
+def _rig_class(stages: str, spectrometer: str, reference: str, *axes: str) -> type[Rig]:
+    driver = get_driver("stages", stages)
+    fields: dict[str, Any] = {}
+    for name, own in zip(AXES, axes, strict=True):
+        chosen = get_driver("stages", own)
+        if own != stages and connection_of("stages", chosen).model_fields:
+            raise InputError(
+                f"stages.{name}.driver = {own!r} needs a line of its own; name it as stages.driver, and"
+                " those of the other axes by their own keys"
+            )
+        fields[name] = (create_model("Axis", __base__=(axis_of(chosen), StageSettings)), ...)
+    parts: dict[str, Any] = {
+        "stages": create_model("Stages", __base__=(connection_of("stages", driver), StagesSettings), **fields)
+    }
+    for role, name, base in (
+        ("spectrometer", spectrometer, SpectrometerSettings),
+        ("reference", reference, ReferenceSettings),
+    ):
+        connection = connection_of(role, get_driver(role, name))
+        parts[role] = create_model(role.capitalize(), __base__=(connection, base))
+    sections: dict[str, Any] = {role: (kind, ...) for role, kind in parts.items()}
+    made: type[Rig] = create_model("Rig", __base__=Rig, **sections)
+    return made
+
+
+def read_rig(text: str) -> Rig:
+    """Return the rig that a file of ours carries as JSON.
+
+    Raises
+    ------
+    InputError, pydantic.ValidationError
+        It is not what this version knows.
+    """
+    content = json.loads(text)
+    return rig_class(content).model_validate(content)
 
 
 def load_rig(path: str | Path) -> Rig:
@@ -264,17 +257,33 @@ def load_rig(path: str | Path) -> Rig:
     InputError
         As `load_toml`, or axis limits, ports or addresses that contradict each other.
     """
-    rig = load_toml(path, Rig)
+    try:
+        kind = rig_class(_peek(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    rig = load_toml(path, kind)
     folder = Path(path).resolve().parent
-    changed = {}
-    for name in ("stages", "spectrometer", "reference"):
-        part = getattr(rig, name)
-        if "://" in part.port:
-            raise InputError(f"{path}: {name}.port = {part.port!r}: give the path of a serial port")
-        is_windows_port = part.port.upper().startswith("COM")
-        place = part.port if is_windows_port else str(folder / part.port)
-        changed[name] = part.model_copy(update={"port": place})
+    changed: dict[str, Any] = {}
+    for role in ROLES:
+        part = getattr(rig, role)
+        if hasattr(part, "located"):
+            try:
+                changed[role] = part.model_copy(update=part.located(folder))
+            except ValueError as error:
+                raise InputError(f"{path}: {role}.{error}") from error
+    panel = rig.geometry.panel
+    if panel is not None:
+        table = panel.model_copy(update={"table": load_panel(folder / panel.file)})
+        changed["geometry"] = rig.geometry.model_copy(update={"panel": table})
     emulator = rig.emulator
     if emulator is not None and emulator.scan:
         changed["emulator"] = emulator.model_copy(update={"scan": str(folder / emulator.scan)})
     return rig.model_copy(update=changed)
+
+
+def _peek(path: str | Path) -> dict[str, Any]:
+    """Return what stands in a file, nothing where it cannot be read: `load_toml` says why."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return {}

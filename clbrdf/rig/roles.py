@@ -1,17 +1,41 @@
 """What the rest of the rig asks of an instrument, whoever made it.
 
-A driver class takes its :class:`~clbrdf.rig.transport.Line` (a stage also its address) and fulfils one
-of these protocols; `measure`, `calibrate` and the emulator's tests know nothing else of it.
+A driver owns its connection: it opens, closes and identifies its instrument, and nothing else in the rig
+knows whether that hangs on a serial line, on USB or on a person's hand.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+Counts = npt.NDArray[np.uint32]
+
+
+class Instrument(Protocol):
+    """What every driver does.
+
+    All methods raise :class:`~clbrdf.rig.errors.InstrumentError` with a message that names the
+    instrument and the mend.
+    """
+
+    @property
+    def is_open(self) -> bool:
+        """False before `open`, and after the connection was lost."""
+
+    def open(self) -> None:
+        """Connect; throw away whatever the instrument still had to say."""
+
+    def close(self) -> None:
+        """Disconnect, whatever the state; never raises."""
+
+    def identify(self) -> str:
+        """Get what it says it is; raise InstrumentError where another instrument answers."""
 
 
 class Motion(Enum):
@@ -38,89 +62,98 @@ class StageStatus:
         Following error: the stage does not follow its set point.
     errors : tuple of str
         Every error the controller reports, in words.
+    doubtful : bool
+        A reply before this one was lost, and error bits that are told only once may be lost with it.
     """
 
     motion: Motion
     limit: bool = False
     stalled: bool = False
     errors: tuple[str, ...] = ()
+    doubtful: bool = False
 
 
 class Stage(Protocol):
     """One rotary stage; positions are the controller's own, degrees."""
 
-    def identify(self) -> str:
-        """Get the firmware's name; raise InstrumentError where another instrument answers."""
-
     def get_status(self) -> StageStatus:
         """Get what the stage is doing."""
 
-    def get_position(self) -> float:
-        """Measure the position in degrees; two readings that agree."""
-
-    def get_predicted_time(self, distance: float) -> float:
-        """Get the time a move of `distance` degrees takes, in s."""
+    def get_position(self, tolerance: float) -> float:
+        """Measure the position in degrees: the mean of two readings that agree within the tolerance."""
 
     def start_move(self, target: float) -> None:
         """Set the target position in degrees and set off; returns at once."""
 
+    def is_unreferenced(self) -> bool:
+        """Take the next step towards a state from which homing starts; True once it is reached."""
+
     def start_homing(self) -> None:
         """Set off for the home position; returns at once."""
-
-    def reset(self) -> None:
-        """Set the controller back to its state after power-on; the reference is lost."""
-
-    def enable(self) -> None:
-        """Set a disabled stage ready."""
-
-    def leave_configuration(self) -> None:
-        """Set a stage in configuration back to not referenced."""
 
     def configure(self, limits: tuple[float, float], velocity: float, acceleration: float) -> None:
         """Set soft limits in degrees, velocity in deg/s, acceleration in deg/s²."""
 
+
+class StageGroup(Instrument, Protocol):
+    """Stages on one connection."""
+
+    @property
+    def stages(self) -> Mapping[str, Stage]:
+        """The stages by the name of their axis."""
+
     def stop(self) -> None:
-        """Stop every stage on the line."""
+        """Stop all of them."""
 
 
-class Spectrometer(Protocol):
-    """A spectrometer that also opens and closes the shutter of the lamp."""
+class Spectrometer(Instrument, Protocol):
+    """A detector of light by wavelength that also opens and closes the shutter of the lamp.
+
+    Attributes
+    ----------
+    full_scale : int
+        Largest count; valid once identified, as are all of these.
+    pixels : int
+        More than one for a spectrum; as many as filters for a single detector.
+    shortest, longest : float
+        Integration times it can take, s.
+    is_discrete : bool
+        Pixels are single wavelengths, not neighbouring parts of a spectrum.
+    """
 
     full_scale: int
     pixels: int
     shortest: float
     longest: float
+    is_discrete: bool
 
-    def identify(self) -> str:
-        """Get the serial number; raise InstrumentError where another instrument answers."""
-
-    def get_wavelength_coefficients(self) -> npt.NDArray[np.float64]:
-        """Get the polynomial from pixel number to wavelength in nm, lowest power first."""
+    def get_wavelengths(self) -> npt.NDArray[np.float64]:
+        """Get the wavelength of each pixel, (pixels,), nm."""
 
     def get_nonlinearity_coefficients(self) -> npt.NDArray[np.float64]:
         """Get the polynomial to divide net counts by, lowest power first; empty where linear."""
+
+    def get_temperature(self) -> float:
+        """Measure the detector's temperature in °C; NaN where the instrument does not tell."""
 
     def set_integration_time(self, seconds: float) -> None:
         """Set the integration time in s."""
 
     def set_shutter(self, is_open: bool) -> None:
-        """Set the shutter of the lamp."""
+        """Set the shutter of the lamp; returns at once."""
 
     def forget(self) -> None:
         """Forget every setting made: the instrument was unplugged or reset."""
 
-    def measure_spectrum(self) -> npt.NDArray[np.uint16]:
-        """Measure raw counts, (pixels,); the first after any change of time is thrown away."""
+    def measure_spectrum(self) -> Counts:
+        """Measure one scan's raw counts, (pixels,), begun after this call and after every setting."""
 
 
-class ReferenceDetector(Protocol):
+class ReferenceDetector(Instrument, Protocol):
     """A detector that watches the lamp."""
 
-    def identify(self) -> str:
-        """Get the units in use; raise InstrumentError where another instrument answers."""
-
     def configure(self, wavelength: float, noise: float) -> None:
-        """Set watts, no echo, the wavelength in nm; `noise` is a reading's relative standard deviation."""
+        """Set watts and the wavelength in nm; `noise` is a reading's relative standard deviation."""
 
     def measure_power(self) -> float:
-        """Measure the power in W; the median of three readings."""
+        """Measure the power in W, finite and not negative; the median of three independent readings."""

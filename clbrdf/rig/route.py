@@ -11,12 +11,15 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.rig.kinematics import inverse
 from clbrdf.rig.planfile import Plan
-from clbrdf.rig.rigfile import AXES, Rig, StageSettings
+from clbrdf.rig.rigfile import Rig
+from clbrdf.rig.stagesettings import AXES, StageSettings
+from clbrdf.rig.zones import is_inside
+from clbrdf.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 
-STAGE_EXCHANGES, REFERENCE_EXCHANGES = 28, 12
-"""Exchanges of one point, for the estimate of time."""
+STAGE_EXCHANGES, REFERENCE_EXCHANGES, SPECTRUM_BYTES = 28, 24, 2112
+"""Exchanges of one point and bytes of one spectrum, for the estimate of time."""
 
 BYTES_PER_EXCHANGE = 15
 STAGE_REPLY, REFERENCE_REPLY = 0.01, 0.05
@@ -92,6 +95,24 @@ def plan_route(plan: Plan, rig: Rig) -> Route:
     )
 
 
+def panel_pose(rig: Rig) -> Array:
+    """Return the rig angles (3,), degrees, at which the reference panel is measured.
+
+    Raises
+    ------
+    InputError
+        The axes cannot reach it.
+    """
+    panel = rig.geometry.panel
+    assert panel is not None
+    directions = Directions.relative(panel.theta_i, panel.theta_r, panel.phi)
+    candidates, reasons = reachable(directions, rig)
+    usable = candidates[0][~np.isnan(candidates[0, :, 0])]
+    if not len(usable):
+        raise InputError(f"geometry.panel cannot be measured at its angles: they are {reasons[0]}")
+    return np.asarray(usable[0], dtype=np.float64)
+
+
 def reachable(directions: Directions, rig: Rig) -> tuple[Array, npt.NDArray[np.str_]]:
     """Return solutions (N, 2, 3) with NaN for those out of reach, and the reason (N,), "" if one is left."""
     candidates = np.round(inverse(directions), 4)
@@ -112,9 +133,15 @@ def reachable(directions: Directions, rig: Rig) -> tuple[Array, npt.NDArray[np.s
         reasons[both] = f"outside the limits of {name}"
         outside |= out
     candidates[outside] = np.nan
-    left_out = np.isnan(candidates[..., 0]).all(axis=1) & (reasons == "")
-    reasons[left_out] = "outside the limits of two axes"
+    reasons[_left_out(candidates, reasons)] = "outside the limits of two axes"
+    with np.errstate(invalid="ignore"):
+        candidates[is_inside(candidates, rig.stages.boxes)] = np.nan
+    reasons[_left_out(candidates, reasons)] = "in a collision zone"
     return candidates, reasons
+
+
+def _left_out(candidates: Array, reasons: npt.NDArray[np.str_]) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.isnan(candidates[..., 0]).all(axis=1) & (reasons == ""))
 
 
 def _arrange(
@@ -164,17 +191,20 @@ def _duration(axes: Array, stages: list[StageSettings], plan: Plan, rig: Rig) ->
     """Travel, exchanges, spectra, darks and references, s."""
     travel = float(_travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), stages).sum())
     integration = TYPICAL_INTEGRATION if plan.integration_time == "auto" else plan.integration_time
-    spectrum = integration + 2112 * 10 / rig.spectrometer.baud
-    darks = len(axes) / plan.dark_every
-    references = len(axes) / plan.reference_every
-    exchanges = STAGE_EXCHANGES * (STAGE_REPLY + BYTES_PER_EXCHANGE * 10 / rig.stages.baud)
-    exchanges += REFERENCE_EXCHANGES * (REFERENCE_REPLY + BYTES_PER_EXCHANGE * 10 / rig.reference.baud)
-    longest = max(_travel_times(np.full((1, 3), 90.0), stages))
-    homing = rig.stages.homing_time / 4.0
-    return (
-        homing
-        + travel
-        + len(axes) * (exchanges + spectrum + rig.stages.settle)
-        + darks * 2.0 * spectrum
-        + references * (4.0 * spectrum + 2.0 * float(longest))
-    )
+    spectrum = integration * plan.scans + _wire_time(rig.spectrometer, SPECTRUM_BYTES)
+    exchanges = STAGE_EXCHANGES * (STAGE_REPLY + _wire_time(rig.stages, BYTES_PER_EXCHANGE))
+    exchanges += REFERENCE_EXCHANGES * (REFERENCE_REPLY + _wire_time(rig.reference, BYTES_PER_EXCHANGE))
+    longest = float(max(_travel_times(np.full((1, 3), 90.0), stages)))
+    homing = 3.0 * rig.stages.homing_time / 4.0
+    points = homing + travel + len(axes) * (exchanges + spectrum + rig.stages.settle)
+    references = (len(axes) / plan.reference_every + 1.0) * (4.0 * spectrum + 2.0 * longest)
+    darks = (points + references) / plan.dark_time
+    if plan.dark_every is not None:
+        darks = max(darks, len(axes) / plan.dark_every)
+    return points + references + darks * (4.0 * spectrum + 2.0 * rig.spectrometer.shutter_time)
+
+
+def _wire_time(section: Settings, count: int) -> float:
+    """Seconds that bytes take on an instrument's line; 0 where it has no serial line."""
+    baud = getattr(section, "baud", None)
+    return count * 10.0 / baud if baud else 0.0

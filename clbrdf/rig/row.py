@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-POINT, DARK, DIRECT, CHECK = range(4)
-KINDS = ("point", "dark", "direct", "check")
-"""What a row is: a point of the plan, a dark spectrum, the direct beam, a point measured again."""
+POINT, DARK, DIRECT, CHECK, RUNG, PANEL = range(6)
+KINDS = ("point", "dark", "direct", "check", "rung", "panel")
+"""What a row is: a point of the plan, a dark spectrum, the direct beam, a point measured again, a longer
+integration time of a row that follows, the reference panel."""
 
-SKIPPED, SATURATED = 1, 2
-ROW_FLAGS = ("limit_switch", "saturated")
+REFERENCES = (DIRECT, PANEL)
+"""Kinds of rows that give the incident power."""
+
+SKIPPED, SATURATED, DISAGREE = 1, 2, 4
+ROW_FLAGS = ("limit_switch", "saturated", "rungs_disagree")
 """Bits of a row's flags."""
 
 NO_ROW = -1
+
+
+def nowhere() -> npt.NDArray[np.float64]:
+    """Return the nominal direction of a row that has none."""
+    return np.full(4, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +38,7 @@ class Row:
     kind : int
         Place in `KINDS`.
     point : int
-        Place in the route; −1 for darks and the direct beam.
+        Number of the point in its plan; −1 for darks and references.
     time : str
         ISO 8601 with zone.
     axes : (3,) float64
@@ -42,8 +51,17 @@ class Row:
         The rows (counted over all segments) that this one uses; −1 for none.
     flags : int
         Bits named by `ROW_FLAGS`.
-    counts : (P,) uint16
-        Raw.
+    counts : (P,) uint32
+        Raw, the sum of `scans` scans; a pixel at which one of them was saturated holds
+        `scans` times full scale.
+    nominal : (4,) float64
+        θi, φi, θr, φr that were asked for, degrees; NaN where no direction was.
+    scans : int
+        Scans summed.
+    temperature : float
+        Of the detector, °C; NaN where the instrument does not tell.
+    rung : int
+        The row with the next longer integration time of the same exposure; −1 for none.
     """
 
     kind: int
@@ -55,7 +73,11 @@ class Row:
     dark: int
     direct: int
     flags: int
-    counts: npt.NDArray[np.uint16]
+    counts: npt.NDArray[np.uint32]
+    nominal: npt.NDArray[np.float64] = field(default_factory=nowhere)
+    scans: int = 1
+    temperature: float = float("nan")
+    rung: int = NO_ROW
 
 
 class Column(NamedTuple):
@@ -66,21 +88,28 @@ class Column(NamedTuple):
     shape: tuple[int, ...]
     units: str
     meaning: str
+    missing: float = 0.0
+    """Value in files from before the column existed."""
 
 
 def columns(pixels: int) -> tuple[Column, ...]:
     """Return the columns as they stand in the file."""
+    nan = float("nan")
     return (
-        Column("kind", "u1", (), "", "0 point, 1 dark, 2 direct beam, 3 check"),
-        Column("point", "<i8", (), "", "place in the route"),
+        Column("kind", "u1", (), "", "0 point, 1 dark, 2 direct beam, 3 check, 4 rung, 5 panel"),
+        Column("point", "<i8", (), "", "number in the plan"),
         Column("time", "S32", (), "", "ISO 8601 with zone"),
         Column("axes", "<f8", (3,), "deg", "lamp, turn, pitch, read back"),
         Column("reference_power", "<f8", (), "W", "reference detector"),
-        Column("integration_time", "<f8", (), "s", "integration time"),
+        Column("integration_time", "<f8", (), "s", "integration time of one scan"),
         Column("dark", "<i8", (), "", "row of the dark spectrum used"),
-        Column("direct", "<i8", (), "", "row of the direct beam used"),
-        Column("flags", "<u4", (), "", "bits: 1 skipped at a limit switch, 2 saturated"),
-        Column("counts", "<u2", (pixels,), "counts", "raw spectrum"),
+        Column("direct", "<i8", (), "", "row of the incident power used"),
+        Column("flags", "<u4", (), "", "bits: 1 skipped at a limit switch, 2 saturated, 4 rungs disagree"),
+        Column("counts", "<u4", (pixels,), "counts", "raw spectrum, sum of the scans"),
+        Column("nominal", "<f8", (4,), "deg", "theta_i, phi_i, theta_r, phi_r asked for", nan),
+        Column("scans", "<u4", (), "", "scans summed", 1.0),
+        Column("temperature", "<f8", (), "degC", "of the detector", nan),
+        Column("rung", "<i8", (), "", "row with the next longer integration time", -1.0),
     )
 
 

@@ -3,8 +3,9 @@
 What HDF5 does under a kill decides the order (docs/decisions/0011): everything is created first and the
 file takes its name only when it is in SWMR mode and synced; then each row is one chunk, its data is
 flushed before the counter of committed rows rises, and flush and fsync end the row. A file whose writer
-was killed opens with `swmr=True` only and is never written again: a resumed measurement starts the
-next segment. Each row carries a CRC, so that one torn by a power cut is not taken for whole.
+was killed is never written again: a resumed measurement starts the next segment. It is read as an image
+in memory (:mod:`clbrdf.rig.segmentimage`). Each row carries a CRC, so that one torn by a power cut is not
+taken for whole.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,13 +26,19 @@ from clbrdf.errors import InputError
 from clbrdf.hdf5 import FORMAT_VERSION, first_line
 from clbrdf.rig.errors import StorageError
 from clbrdf.rig.row import Row, checksum, columns, values_of
+from clbrdf.rig.segmentimage import image_of
 
 if TYPE_CHECKING:
     import h5py
 
 Columns = dict[str, npt.NDArray[Any]]
 
+T = TypeVar("T")
+
 CONTENT = "segment"
+
+READINGS, READING_PAUSE = 3, 0.05
+"""How often a segment is read that could not be, and the pause between, s."""
 
 
 class SegmentWriter:
@@ -58,7 +66,7 @@ class SegmentWriter:
         for column in columns(pixels):
             self._sets.append(self._column(column.name, column.dtype, column.shape, column.units))
         self._checks = self._column("crc", "<u4", (), "")
-        self._committed = self._file.create_dataset("committed", data=np.zeros(1, "<u8"))
+        self._committed = self._file.create_dataset("committed", data=np.zeros(2, "<u8"))
         self._file.swmr_mode = True
         self._sync()
         os.rename(part, path)
@@ -96,7 +104,7 @@ class SegmentWriter:
             self._checks.resize(place + 1, axis=0)
             self._checks[place] = checksum(values)
             self._file.flush()
-            self._committed[0] = place + 1
+            self._committed[...] = (place + 1, self._file.id.get_filesize())
             self._sync()
         except (OSError, RuntimeError) as error:  # h5py raises both
             self._abandon()
@@ -147,18 +155,31 @@ def _sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-@contextmanager
-def _reading(path: Path) -> Iterator[h5py.File]:
+def _read(path: Path, take: Callable[[h5py.File], T]) -> T:
+    """Return what `take` finds in a segment as it is now; what cannot be read ends at once, in one line.
+
+    A segment that is being written is read between two states now and then, so it is tried three times.
+    """
     import h5py
 
-    try:
-        file = h5py.File(path, "r", libver="latest", swmr=True)
-    except OSError as error:
-        raise InputError(f"{path}: damaged segment ({first_line(error)}); restore it from a copy") from error
-    with file:
-        if file.attrs.get("content") != CONTENT:
-            raise InputError(f"{path}: no segment of a measurement")
-        yield file
+    mend = "restore it from a copy, or remove it to measure its points again"
+    for attempt in range(READINGS):
+        try:
+            with h5py.File(image_of(path), "r") as file:
+                if file.attrs.get("content") != CONTENT:
+                    raise InputError(f"{path}: no segment of a measurement, or a damaged segment; {mend}")
+                length = int(file["committed"][-1]) if file["committed"].shape == (2,) else 0
+                found = path.stat().st_size
+                if found < length:
+                    raise InputError(f"{path}: cut short, {found} of {length} bytes are there; {mend}")
+                return take(file)
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            if attempt == READINGS - 1:
+                raise InputError(f"{path}: damaged segment ({first_line(error)}); {mend}") from error
+            time.sleep(READING_PAUSE)
+    raise AssertionError("unreachable")
 
 
 def read_header(path: Path) -> dict[str, str]:
@@ -169,8 +190,7 @@ def read_header(path: Path) -> dict[str, str]:
     InputError
         The file cannot be read or is no segment.
     """
-    with _reading(path) as file:
-        return {key: str(value) for key, value in file.attrs.items()}
+    return _read(path, lambda file: {key: str(value) for key, value in file.attrs.items()})
 
 
 def read_rows(path: Path) -> Columns:
@@ -181,20 +201,28 @@ def read_rows(path: Path) -> Columns:
     InputError
         The file cannot be read, or a committed row does not match its CRC.
     """
-    with _reading(path) as file:
-        count = int(file["committed"][0])
-        pixels = file["counts"].shape[1]
-        table = columns(pixels)
-        rows: Columns = {column.name: file[column.name][:count] for column in table}
-        checks = file["crc"][:count]
+    rows, checks = _read(path, _take_rows)
+    count = len(checks)
     for place in range(count):
         # The slice keeps the type: a single string would lose its padding.
-        if checksum([rows[column.name][place : place + 1] for column in table]) == checks[place]:
+        if checksum([values[place : place + 1] for values in rows.values()]) == checks[place]:
             continue
         if place == count - 1:  # torn by a power cut between its data and the sync
             return {name: values[:place] for name, values in rows.items()}
-        raise InputError(f"{path}: row {place} is damaged; restore the file from a copy")
+        raise InputError(
+            f"{path}: row {place} is damaged; restore the file from a copy, or remove it to measure its"
+            " points again"
+        )
     return rows
+
+
+def _take_rows(file: h5py.File) -> tuple[Columns, npt.NDArray[np.uint32]]:
+    count = int(file["committed"][0])
+    written = file["crc"].shape[0]
+    if not count <= written <= count + 1:
+        raise ValueError(f"{count} rows are committed and {written} written")
+    rows: Columns = {c.name: file[c.name][:count] for c in columns(file["counts"].shape[1])}
+    return rows, file["crc"][:count]
 
 
 def count_rows(path: Path) -> int:
@@ -205,5 +233,4 @@ def count_rows(path: Path) -> int:
     InputError
         The file cannot be read or is no segment.
     """
-    with _reading(path) as file:
-        return int(file["committed"][0])
+    return _read(path, lambda file: int(file["committed"][0]))

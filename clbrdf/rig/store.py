@@ -14,8 +14,9 @@ from types import TracebackType
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.rig.row import DARK, DIRECT, POINT, SKIPPED, Row
+from clbrdf.rig.row import DARK, POINT, REFERENCES, SATURATED, SKIPPED, Row
 from clbrdf.rig.segment import Columns, SegmentWriter, read_header, read_rows
+from clbrdf.rig.segmentcheck import check_segments
 
 SEGMENT_PATTERN = "segment-*.h5"
 
@@ -92,12 +93,16 @@ class Store:
     folder : Path
     rows : int
         Committed over all segments.
-    done : set of int
-        Points of the route that are committed.
+    points : list of Row
+        The committed points, in the order in which they were measured.
+    brightest : Row or None
+        The committed point with the most light in it, counts; the check point.
     last : Row or None
-        The last committed point that was measured.
+        The last committed row.
+    reference : Row or None
+        The last incident power.
     base_power : float or None
-        Reference power at the first direct beam, W.
+        Reference power at the first incident power, W.
 
     Raises
     ------
@@ -110,11 +115,14 @@ class Store:
         self.header = header
         self.keep_free = keep_free
         self.rows = 0
-        self.done: set[int] = set()
+        self.points: list[Row] = []
+        self.brightest: Row | None = None
         self.last: Row | None = None
+        self.reference: Row | None = None
         self.base_power: float | None = None
         self._writer: SegmentWriter | None = None
         self._darks: dict[int, Row] = {}
+        check_segments(segments(folder))
         for path in segments(folder):
             found = read_header(path)
             for key in ("plan", "rig"):
@@ -147,15 +155,28 @@ class Store:
 
     def _note(self, row: Row) -> int:
         place, self.rows = self.rows, self.rows + 1
+        self.last = row
         if row.kind == POINT:
-            self.done.add(row.point)
-            if not row.flags & SKIPPED:
-                self.last = row
-        elif row.kind == DIRECT:
+            self.points.append(row)
+            if not row.flags & (SKIPPED | SATURATED):
+                self._compare(row)
+        elif row.kind in REFERENCES:
+            self.reference = row
             self.base_power = self.base_power or row.reference_power
         elif row.kind == DARK:
             self._darks[place] = row
         return place
+
+    def _compare(self, row: Row) -> None:
+        light = self._light(row)
+        if self.brightest is None or light > self._light(self.brightest):
+            self.brightest = row
+
+    def _light(self, row: Row) -> float:
+        dark = self._darks[row.dark]
+        return float(
+            row.counts.sum(dtype=np.float64) / row.scans - dark.counts.sum(dtype=np.float64) / dark.scans
+        )
 
     def close(self) -> None:
         """Close the writer."""
@@ -177,7 +198,11 @@ def rows_of(table: Columns) -> list[Row]:
             int(table["dark"][k]),
             int(table["direct"][k]),
             int(table["flags"][k]),
-            np.asarray(table["counts"][k], dtype=np.uint16),
+            np.asarray(table["counts"][k], dtype=np.uint32),
+            np.asarray(table["nominal"][k], dtype=np.float64),
+            int(table["scans"][k]),
+            float(table["temperature"][k]),
+            int(table["rung"][k]),
         )
         for k in range(len(table["kind"]))
     ]

@@ -18,6 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, UnpluggedError
 from clbrdf.rig.eventlog import EventLog
 
@@ -181,11 +182,20 @@ class Line:
         del self._buffer[: place + len(end)]
         return found
 
-    def drain(self) -> bytes:
-        """Read until the line is quiet; return what was thrown away."""
+    def late_reply(self, longest: float = 2.0) -> float | None:
+        """Listen after a missed deadline; return the seconds until something came, None if nothing did."""
+        began = time.monotonic()
+        try:
+            self._buffer += self.receive(began + longest)
+        except NoReplyError:
+            return None
+        return time.monotonic() - began
+
+    def drain(self, longest: float = 0.0) -> bytes:
+        """Read until the line is quiet, for `longest` seconds if given; return what was thrown away."""
         gone = bytes(self._buffer)
         self._buffer.clear()
-        quiet = max(QUIET, self.wire_time(10))
+        quiet = max(QUIET, self.wire_time(10), longest)
         end = time.monotonic() + quiet
         latest = (
             time.monotonic() + 1.0 + self.patience
@@ -244,3 +254,34 @@ def repeated(line: Line, what: str, exchange: Callable[[], T], resynchronise: Ca
 
 def _kind(error: LineError) -> str:
     return "no reply" if isinstance(error, NoReplyError) else "bad reply"
+
+
+def why_silent(line: Line, error: LineError, what: str) -> str:
+    """Return in words why an instrument could not be identified, and the mend.
+
+    An instrument that answers after the deadline needs a longer `reply_time`, not another port.
+    """
+    late = line.late_reply() if isinstance(error, NoReplyError) and line.is_open else None
+    if late is not None:
+        line.drain()
+        needed = line.reply_time + line.patience + late
+        return (
+            f"{line.name}: {what} answers later than reply_time allows;"
+            f" set reply_time = {2.0 * needed:.2g} in the rig file"
+        )
+    return (
+        f"{line.name}: no {what} answers on {line.port}; check the port, the baud rate and the instrument"
+        f" ({'nothing came back' if isinstance(error, NoReplyError) else error})"
+    )
+
+
+def make_line(connection: SerialConnection, context: Context) -> Line:
+    """Return the line of a serial connection, not yet open."""
+    return Line(
+        context.name,
+        connection.port,
+        connection.baud,
+        connection.patience,
+        connection.reply_time,
+        context.log,
+    )

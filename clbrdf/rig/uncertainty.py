@@ -26,9 +26,10 @@ SAME = 1e-3
 
 
 def count_variance(counts: Array, detector: SpectrometerSettings) -> Array:
-    """Variance of raw counts: (counts − bias) / electrons per count, and the read noise squared."""
+    """Variance of the counts of one scan: counting, reading, and what grows with the signal."""
     charge = np.maximum(counts - detector.bias, 0.0)
-    return charge / detector.electrons_per_count + detector.read_noise**2
+    own = charge / detector.electrons_per_count + detector.read_noise**2
+    return np.asarray(own + (detector.relative_noise * charge) ** 2)
 
 
 def linearised(net: Array, coefficients: Array) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ import pytest
 from frames import request, response
 
 from clbrdf.rig.emulator.powermeter import EmulatedPowerMeter
-from clbrdf.rig.emulator.settings import EmulatorSettings
+from clbrdf.rig.emulator.settings import EmulatorSettings, LeftSettings
 from clbrdf.rig.emulator.spectrometer import EmulatedSpectrometer
 from clbrdf.rig.emulator.stages import EmulatedStages
 from clbrdf.rig.emulator.world import World
@@ -111,7 +111,8 @@ def test_stall_stays_until_enabled(stages, clock):
     clock.seconds += 10.0
     assert say(stages, b"1TS\r\n1TP\r\n") == b"1TS00203D\r\n1TP5\r\n"
     clock.seconds += 100.0
-    assert say(stages, b"1TS\r\n1PA10\r\n1TE\r\n") == b"1TS00203D\r\n1TEJ\r\n"
+    # The bits that TS reported are cleared by it; the state stays.
+    assert say(stages, b"1TS\r\n1PA10\r\n1TE\r\n") == b"1TS00003D\r\n1TEJ\r\n"
     assert say(stages, b"1MM1\r\n1TS\r\n") == b"1TS000034\r\n"
 
 
@@ -130,29 +131,69 @@ def test_power_cut(stages, clock):
     assert say(stages, b"1TS\r\n") == b"1TS00000A\r\n"
 
 
-def test_meter(world):
+def test_strict_stages(stages, clock):
+    """What the manual does not allow leaves an error letter and no reply."""
+    assert say(stages, b"1VA10\r\n1TE\r\n") == b"1TEH\r\n", "not while not referenced"
+    home(stages, clock)
+    assert say(stages, b"1PT0\r\n1TE\r\n") == b"1TEC\r\n", "PT wants more than 1e-6"
+    assert say(stages, b"1PT0.000001\r\n1TE\r\n") == b"1TEC\r\n"
+    assert say(stages, b"1SL5\r\n1TE\r\n1SR-5\r\n1TE\r\n") == b"1TEC\r\n1TEC\r\n"
+    assert say(stages, b"1VA0\r\n1TE\r\n") == b"1TEC\r\n"
+    assert say(stages, b"1PW1\r\n1TE\r\n1PW0\r\n1TE\r\n") == b"1TED\r\n1TED\r\n"
+
+
+@pytest.fixture
+def meter(world, clock):
     meter = EmulatedPowerMeter(world)
+    clock.seconds += 1.0  # power-up is over
+    return meter
+
+
+def test_meter(meter, clock):
     assert say(meter, b"U?\n") == b"U?\n2\n", "echo on and dBm after power-on"
     assert say(meter, b"E0\n") == b"E0\n"
     assert say(meter, b"D?\n") == b"0E0\n", "1 mW is 0 dBm"
     assert say(meter, b"U1\nU?\nD?\n") == b"1\n1E-3\n"
     assert say(meter, b"W0550\nW?\n") == b"0550\n"
+    assert say(meter, b"C\nQ?\n") == b"0\n", "no new reading yet"
+    clock.seconds += 0.2
     assert say(meter, b"Q?\n") == b"128\n"
-    assert say(meter, b"W55\nQ?\nCS\nQ?\n") == b"129\n128\n"
-    assert say(meter, b"#\nQ?\n") == b"130\n"
+    assert say(meter, b"W55\nQ?\nC\nQ?\n") == b"129\n0\n"
+    assert say(meter, b"#\nQ?\n") == b"2\n"
+    assert say(meter, b"CS\nQ?\n") == b"2\n", "the clear command is C"
     meter.power_cut()
     assert say(meter, b"U?\n") == b"U?\n2\n"
 
 
-def test_meter_faults(world):
+def test_meter_states(meter, clock):
+    say(meter, b"E0\nU1\nF3\n")
+    assert say(meter, b"R0\nQ?\n") == b"32\n", "busy while it changes its range"
+    clock.seconds += 1.0
+    assert say(meter, b"Q?\nG0\nC\n") == b"128\n"
+    clock.seconds += 5.0
+    assert say(meter, b"Q?\n") == b"0\n", "in hold there are no new readings"
+    meter.world.settings = meter.world.settings.model_copy(update={"reference_power": 5e-4})
+    assert say(meter, b"F1\nG1\n") == b""
+    clock.seconds += 0.45
+    half = float(say(meter, b"D?\n"))
+    assert 0.5e-3 < half < 1e-3, "a running average of 16 lags behind"
+    assert say(meter, b"Z1\nF3\nD?\n") == b"0E0\n"
+
+
+def test_meter_faults(world, clock):
     meter = EmulatedPowerMeter(world)
-    say(meter, b"E0\nU1\n")
+    say(meter, b"E0\nU1\nF3\n")
+    clock.seconds += 1.0
     assert not meter.happens("front_panel", b"U?\n")
     assert meter.happens("front_panel", b"D?\n")
     assert say(meter, b"U?\n") == b"2\n"
     say(meter, b"U1\n")
     assert meter.happens("lamp_out", b"D?\n")
-    assert say(meter, b"D?\n" * 13) == b"6.7E-4\n" * 12 + b"1E-3\n"
+    readings = []
+    for _ in range(14):
+        clock.seconds += 0.11
+        readings.append(say(meter, b"D?\n"))
+    assert readings == [b"6.7E-4\n"] * 12 + [b"1E-3\n"] * 2
 
 
 def test_spectrometer_identity(world):
@@ -172,6 +213,13 @@ def test_spectrometer_refuses(world):
     short = struct.pack("<I", 9)
     assert say(spectrometer, request(0x110010, 2, short)) == response(0x110010, 2, flags=9, error=6)
     assert say(spectrometer, request(0x180101, 9, b"\4")) == response(0x180101, 9, flags=9, error=6)
+    assert say(spectrometer, request(0x110110, 9, b"\7")) == response(0x110110, 9, flags=9, error=6)
+    assert say(spectrometer, request(0x120010, 9, b"\1")) == response(0x120010, 9, flags=9, error=5)
+
+
+def test_spectrometer_waits_for_a_trigger(world):
+    spectrometer = EmulatedSpectrometer(world, LeftSettings(trigger_mode=2))
+    assert say(spectrometer, request(0x101100, 1)) == b""
 
 
 def test_spectrometer_settings(world, clock):

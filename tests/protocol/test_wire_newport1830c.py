@@ -7,23 +7,25 @@ from clbrdf.rig.drivers.newport1830c import Newport1830C
 from clbrdf.rig.errors import InstrumentError, OutOfBandError
 
 CONFIGURE = [
-    (b"CS\n", b""),
-    (b"E0\n", b""),
-    (b"A0\n", b""),
-    (b"U1\n", b""),
-    (b"W0550\n", b""),
+    *[
+        (command + b"\n", b"")
+        for command in (b"C", b"E0", b"G1", b"Z0", b"R0", b"F3", b"A0", b"U1", b"W0550")
+    ],
+    (b"Q?\n", b"0\n"),
     (b"W?\n", b"0550\n"),
     (b"U?\n", b"1\n"),
 ]
+"""Echo off, running, no zero offset, automatic range, no average, attenuator off, watts."""
 
 
 def reading(*powers, units=b"1", status=b"128"):
-    return [
-        (b"U1\n", b""),
-        *[(b"D?\n", power + b"\n") for power in powers],
-        (b"U?\n", units + b"\n"),
-        (b"Q?\n", status + b"\n"),
+    """Each reading is a new one: cleared, then done, then asked for."""
+    steps = [
+        step
+        for power in powers
+        for step in ((b"C\n", b""), (b"Q?\n", status + b"\n"), (b"D?\n", power + b"\n"))
     ]
+    return [*steps, (b"U?\n", units + b"\n")]
 
 
 def configured(peer, noise=0.0, patience=PATIENCE):
@@ -34,7 +36,7 @@ def configured(peer, noise=0.0, patience=PATIENCE):
 
 def test_identify_switches_the_echo_off_first():
     with Dialogue((b"E0\n", b"E0\n"), (b"U?\n", b"2\n")) as peer:
-        assert Newport1830C(peer.line()).identify() == "2"
+        assert Newport1830C(peer.line()).identify() == "1830-C, units 2"
 
 
 @pytest.mark.parametrize(
@@ -71,31 +73,71 @@ def test_a_hand_on_the_front_panel():
 
 @pytest.mark.parametrize("status", [b"132", b"136"])
 def test_saturated_or_over_range(status):
-    with Dialogue(*CONFIGURE, *reading(*[b"1E-3"] * 3, status=status)) as peer:
+    with Dialogue(*CONFIGURE, (b"C\n", b""), (b"Q?\n", status + b"\n")) as peer:
         meter = configured(peer)
         with pytest.raises(OutOfBandError, match="saturated"):
             meter.measure_power()
 
 
-def test_command_error_clears_the_status_and_repeats():
+def test_busy_is_waited_for():
+    """While it changes its range the meter has no new reading."""
     with Dialogue(
         *CONFIGURE,
-        *reading(*[b"1E-3"] * 3, status=b"130"),
-        (b"CS\n", b""),
+        (b"C\n", b""),
+        (b"Q?\n", b"32\n"),
+        (b"Q?\n", b"160\n"),
+        (b"Q?\n", b"128\n"),
+        (b"D?\n", b"1E-3\n"),
+        *reading(b"1E-3", b"1E-3"),
+    ) as peer:
+        assert configured(peer).measure_power() == 1e-3
+
+
+def test_command_error_configures_again_and_repeats():
+    with Dialogue(
+        *CONFIGURE,
+        (b"C\n", b""),
+        (b"Q?\n", b"2\n"),
+        (b"D?\n", b"1E-3\n"),
+        *reading(b"1E-3", b"1E-3"),
         *CONFIGURE,
         *reading(*[b"2E-3"] * 3),
     ) as peer:
-        assert configured(peer).measure_power() == 2e-3
+        meter = configured(peer)
+        assert meter.measure_power() == 2e-3
+        assert kinds(meter.line) == ["command error"]
+
+
+def test_settings_that_are_not_understood_are_made_again():
+    damaged = [*CONFIGURE[:9], (b"Q?\n", b"1\n")]
+    with Dialogue(*damaged, *CONFIGURE) as peer:
+        assert kinds(configured(peer).line) == ["command error"]
+
+
+def test_a_power_beyond_all_numbers_is_no_reading():
+    with Dialogue(
+        *CONFIGURE, *reading(b"9E+999", b"1E-3", b"1E-3"), *CONFIGURE, *reading(*[b"1E-3"] * 3)
+    ) as peer:
+        meter = configured(peer)
+        assert meter.measure_power() == 1e-3
+        assert kinds(meter.line) == ["bad reply"]
+
+
+def test_darkness_reads_a_little_below_zero():
+    with Dialogue(*CONFIGURE, *reading(b"-3E-12", b"-1E-12", b"-2E-12")) as peer:
+        assert configured(peer).measure_power() == 0.0
 
 
 def test_late_reply_is_fenced_off():
     """The answer to D? comes after the deadline, before that to W?: it must not shift what follows."""
     with Dialogue(
         *CONFIGURE,
-        (b"U1\n", b""),
+        (b"C\n", b""),
+        (b"Q?\n", b"128\n"),
         (b"D?\n", b""),
         (b"W?\n", b"9E-9\n0550\n"),
-        *reading(*[b"1E-3"] * 3)[1:],
+        (b"D?\n", b"1E-3\n"),
+        *reading(b"1E-3", b"1E-3"),
         *CONFIGURE,
         *reading(*[b"1E-3"] * 3),
     ) as peer:
@@ -108,10 +150,12 @@ def test_late_reply_is_fenced_off():
 def test_bad_reading_is_repeated(bad):
     with Dialogue(
         *CONFIGURE,
-        (b"U1\n", b""),
+        (b"C\n", b""),
+        (b"Q?\n", b"128\n"),
         (b"D?\n", bad),
         (b"W?\n", b"0550\n"),
-        *reading(*[b"1E-3"] * 3)[1:],
+        (b"D?\n", b"1E-3\n"),
+        *reading(b"1E-3", b"1E-3"),
         *CONFIGURE,
         *reading(*[b"1E-3"] * 3),
     ) as peer:
@@ -121,7 +165,7 @@ def test_bad_reading_is_repeated(bad):
 
 
 def test_wavelength_not_taken_is_set_again():
-    wrong = [*CONFIGURE[:5], (b"W?\n", b"0633\n")]
+    wrong = [*CONFIGURE[:10], (b"W?\n", b"0633\n")]
     with Dialogue(*wrong, *CONFIGURE) as peer:
         assert kinds(configured(peer).line) == ["setting disagrees"]
 

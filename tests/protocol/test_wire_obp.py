@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from wire import IMPATIENT, Dialogue, kinds
 
-from clbrdf.rig.drivers import obp_message as obp
+from clbrdf.rig.drivers import _obp_message as obp
 from clbrdf.rig.drivers.obp import ObpSpectrometer
 from clbrdf.rig.errors import InstrumentError, NoReplyError, RefusedError
 
@@ -17,12 +17,23 @@ SPECTRUM = np.arange(1024, dtype="<u2").tobytes()
 SET_TIME, RAW, LAMP = 0x00110010, 0x00101100, 0x00110410
 
 
+TRIGGER, AVERAGE, BOXCAR = (0x110110, 0x110100), (0x120010, 0x120000), (0x121010, 0x121000)
+
+
 def settings(first, microseconds, shutter=0):
-    """Shutter and time set after a fault or at the start, with their acknowledgements."""
+    """State, shutter and time set after a fault or at the start, with their acknowledgements."""
     time = struct.pack("<I", microseconds)
+    steps, k = [], first
+    for (setter, getter), value in ((TRIGGER, b"\0"), (AVERAGE, b"\1\0"), (BOXCAR, b"\0")):
+        steps += [
+            (request(setter, k, value, 4), response(setter, k, flags=3)),
+            (request(getter, k + 1), response(getter, k + 1, value)),
+        ]
+        k += 2
     return [
-        (request(LAMP, first, bytes([shutter]), 4), response(LAMP, first, flags=3)),
-        (request(SET_TIME, first + 1, time, 4), response(SET_TIME, first + 1, flags=3)),
+        *steps,
+        (request(LAMP, k, bytes([shutter]), 4), response(LAMP, k, flags=3)),
+        (request(SET_TIME, k + 1, time, 4), response(SET_TIME, k + 1, flags=3)),
     ]
 
 
@@ -51,7 +62,7 @@ def test_coefficients():
         (request(0x181101, 5, b"\x00"), response(0x181101, 5, struct.pack("<f", 1.0))),
     ) as peer:
         spectrometer = ObpSpectrometer(peer.line())
-        assert spectrometer.get_wavelength_coefficients().tolist() == [340.5, 0.25]
+        assert spectrometer.get_wavelengths()[[0, 1, 1023]].tolist() == [340.5, 340.75, 596.25]
         assert spectrometer.get_nonlinearity_coefficients().tolist() == [1.0]
 
 
@@ -61,15 +72,60 @@ def test_first_spectrum_after_a_change_is_thrown_away():
     with Dialogue(
         (request(SET_TIME, 1, time, 4), response(SET_TIME, 1, flags=3)),
         *settings(2, 50_000),
-        (request(RAW, 4), response(RAW, 4, stale)),
-        (request(RAW, 5), response(RAW, 5, SPECTRUM)),
-        (request(RAW, 6), response(RAW, 6, SPECTRUM)),
+        (request(RAW, 10), response(RAW, 10, stale)),
+        (request(RAW, 11), response(RAW, 11, SPECTRUM)),
+        (request(RAW, 12), response(RAW, 12, SPECTRUM)),
     ) as peer:
         spectrometer = ObpSpectrometer(peer.line())
         spectrometer.set_integration_time(0.05)
         assert spectrometer.measure_spectrum().tolist() == list(range(1024))
         spectrometer.set_integration_time(0.05)  # no change: nothing is sent
         assert spectrometer.measure_spectrum()[1023] == 1023
+
+
+def test_a_state_that_is_not_taken_is_refused():
+    steps = [
+        (request(SET_TIME, 1, struct.pack("<I", 10), 4), response(SET_TIME, 1, flags=3)),
+        (request(TRIGGER[0], 2, b"\0", 4), response(TRIGGER[0], 2, flags=3)),
+        (request(TRIGGER[1], 3), response(TRIGGER[1], 3, b"\3")),
+    ]
+    with Dialogue(*steps) as peer:
+        spectrometer = ObpSpectrometer(peer.line())
+        spectrometer.set_integration_time(10e-6)
+        with pytest.raises(RefusedError, match="trigger mode stays 03"):
+            spectrometer.measure_spectrum()
+
+
+def test_older_firmware_without_averaging_and_boxcar():
+    """Error 2, unknown message type: there is nothing to set, and nothing is asked again."""
+    unknown = {
+        k: (request(kind, k, value, 4), response(kind, k, flags=9, error=2))
+        for k, kind, value in ((4, AVERAGE[0], b"\1\0"), (5, BOXCAR[0], b"\0"))
+    }
+    steps = [
+        (request(SET_TIME, 1, struct.pack("<I", 10), 4), response(SET_TIME, 1, flags=3)),
+        (request(TRIGGER[0], 2, b"\0", 4), response(TRIGGER[0], 2, flags=3)),
+        (request(TRIGGER[1], 3), response(TRIGGER[1], 3, b"\0")),
+        unknown[4],
+        unknown[5],
+        (request(LAMP, 6, b"\0", 4), response(LAMP, 6, flags=3)),
+        (request(SET_TIME, 7, struct.pack("<I", 10), 4), response(SET_TIME, 7, flags=3)),
+        (request(RAW, 8), response(RAW, 8, SPECTRUM)),
+        (request(RAW, 9), response(RAW, 9, SPECTRUM)),
+        (request(0x400001, 10, b"\0"), response(0x400001, 10, flags=9, error=2)),
+    ]
+    with Dialogue(*steps) as peer:
+        spectrometer = ObpSpectrometer(peer.line())
+        spectrometer.set_integration_time(10e-6)
+        assert spectrometer.measure_spectrum().sum() == 1023 * 512
+        assert np.isnan(spectrometer.get_temperature())
+        assert np.isnan(spectrometer.get_temperature())
+
+
+def test_temperature():
+    celsius = struct.pack("<f", 31.5)
+    with Dialogue((request(0x400001, 1, b"\0"), response(0x400001, 1, celsius))) as peer:
+        assert ObpSpectrometer(peer.line()).get_temperature() == 31.5
 
 
 def test_shutter_is_the_lamp_enable_output():
@@ -126,7 +182,7 @@ def test_no_spectrum_in_time():
     steps = [
         (request(SET_TIME, 1, struct.pack("<I", 10), 4), response(SET_TIME, 1, flags=3)),
         *settings(2, 10),
-        *[(request(RAW, k), b"") for k in range(4, 8)],
+        *[(request(RAW, k), b"") for k in range(10, 14)],
     ]
     with Dialogue(*steps) as peer:
         spectrometer = ObpSpectrometer(peer.line(IMPATIENT))

@@ -3,21 +3,24 @@
 import pytest
 from wire import IMPATIENT, Dialogue, kinds
 
-from clbrdf.rig.drivers.smc100 import Smc100Stage
+from clbrdf.rig.drivers.smc100 import Smc100Line, Smc100Stage
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError
 from clbrdf.rig.roles import Motion
 
 
-def test_position_is_read_twice():
-    with Dialogue((b"1TP\r\n", b"1TP-0.123\r\n"), (b"1TP\r\n", b"1TP-0.123\r\n")) as peer:
-        assert Smc100Stage(peer.line(), 1).get_position() == -0.123
+def test_position_is_the_mean_of_two_readings_that_agree():
+    """A servo hunts by a count or two around where it stands."""
+    with Dialogue((b"1TP\r\n", b"1TP-0.1228\r\n"), (b"1TP\r\n", b"1TP-0.1232\r\n")) as peer:
+        line = peer.line()
+        assert Smc100Stage(line, 1).get_position(0.002) == pytest.approx(-0.123, abs=1e-12)
+        assert kinds(line) == []
 
 
 def test_positions_that_disagree_are_read_again():
     steps = [(b"2TP\r\n", b"2TP10.5\r\n"), (b"2TP\r\n", b"2TP1.5\r\n"), (b"2TP\r\n", b"2TP10.5\r\n")]
     with Dialogue(*steps, (b"2TP\r\n", b"2TP10.5\r\n")) as peer:
         line = peer.line()
-        assert Smc100Stage(line, 2).get_position() == 10.5
+        assert Smc100Stage(line, 2).get_position(0.002) == 10.5
         assert kinds(line) == ["reading disagrees"] * 2
 
 
@@ -97,24 +100,57 @@ def test_homing_is_sent_once():
         Smc100Stage(peer.line(), 1).start_homing()
 
 
-def test_other_commands():
+def test_reset_is_sent_once_and_waited_for():
+    """From ready by RS; from configuration by PW0, after which the controller is silent for a while."""
     with Dialogue(
-        (b"ST\r\n", b""),
+        (b"1TS\r\n", b"1TS000033\r\n"),
         (b"1RS\r\n", b""),
+        (b"1TS\r\n", b"1TS000033\r\n"),
+        (b"1TS\r\n", b"1TS00000A\r\n"),
+        (b"1TS\r\n", b"1TS000014\r\n"),
         (b"1PW0\r\n", b""),
-        (b"1MM1\r\n", b""),
-        (b"1TE\r\n", b"1TE@\r\n"),
-        (b"1PT5\r\n", b"1PT1.25\r\n"),
-        (b"1PT5\r\n", b"1PT1.25\r\n"),
-        (b"1VE\r\n", b"1VE SMC_CC_2.0.1\r\n"),
+        (b"1TS\r\n", b"1TS00000C\r\n"),
     ) as peer:
         stage = Smc100Stage(peer.line(), 1)
-        stage.stop()
-        stage.reset()
-        stage.leave_configuration()
-        stage.enable()
-        assert stage.get_predicted_time(-5.0) == 1.25
-        assert stage._ask("VE", ".+").strip() == "SMC_CC_2.0.1"
+        assert [stage.is_unreferenced() for _ in range(3)] == [False, False, True]
+        assert [stage.is_unreferenced() for _ in range(2)] == [False, True]
+
+
+def test_a_line_of_three():
+    steps = [(b"%dTS\r\n" % k, b"%dTS00000A\r\n" % k) for k in (1, 2, 3)]
+    steps = [
+        step
+        for k, status in enumerate(steps, start=1)
+        for step in (status, *[(b"%dVE\r\n" % k, b"%dVE SMC_CC_2.0.1\r\n" % k)] * 2)
+    ]
+    with Dialogue(*steps, (b"ST\r\n", b"")) as peer:
+        group = Smc100Line(peer.line(), {"lamp": 1, "turn": 2, "pitch": 3})
+        assert group.identify() == "; ".join(["SMC_CC_2.0.1"] * 3)
+        group.stop()
+
+
+def test_a_lost_status_leaves_a_doubt():
+    """The controller clears the bits that it reports: a repeated TS may have lost a stall."""
+    with Dialogue(
+        (b"1TS\r\n", b"1TS0020\r\n"),
+        (b"1VE\r\n", b"1VE 1.0\r\n"),
+        (b"1TS\r\n", b"1TS000033\r\n"),
+        (b"1TS\r\n", b"1TS000033\r\n"),
+    ) as peer:
+        stage = Smc100Stage(peer.line(), 1)
+        assert stage.get_status().doubtful
+        assert not stage.get_status().doubtful
+
+
+def test_an_answer_after_the_deadline_asks_for_a_longer_reply_time():
+    """Not the port is wrong: what is needed is time."""
+    late = [(b"1TS\r\n", b""), (b"1VE\r\n", b"")] * 3
+    words = r"answers later than reply_time allows; set reply_time = "
+    with (
+        Dialogue(*late, (b"1TS\r\n", b"", 0.6, b"1TS00000A\r\n")) as peer,
+        pytest.raises(InstrumentError, match=words),
+    ):
+        Smc100Stage(peer.line(IMPATIENT), 1).identify()
 
 
 def test_settings_are_read_back():
@@ -140,7 +176,7 @@ def test_bad_reply_is_repeated_after_resynchronising(bad):
         (b"1TP\r\n", b"1TP1.5\r\n"),
     ) as peer:
         line = peer.line()
-        assert Smc100Stage(line, 1).get_position() == 1.5
+        assert Smc100Stage(line, 1).get_position(0.002) == 1.5
         assert kinds(line) == ["bad reply"]
 
 
@@ -161,7 +197,7 @@ def test_short_replies_end_in_an_error():
     ) as peer:
         line = peer.line(IMPATIENT)
         with pytest.raises(NoReplyError, match="short reply"):
-            Smc100Stage(line, 1).get_position()
+            Smc100Stage(line, 1).get_position(0.002)
         # The last failure needs no way back into step.
         line.send(b"1VE\r\n")
 
@@ -171,7 +207,7 @@ def test_another_instrument_is_named():
         Dialogue(
             *[(b"1TS\r\n", b"what?\r\n"), (b"1VE\r\n", b"what?\r\n")] * 3, (b"1TS\r\n", b"?\r\n")
         ) as peer,
-        pytest.raises(InstrumentError, match="no SMC100 answers at address 1"),
+        pytest.raises(InstrumentError, match="no SMC100 at address 1 answers"),
     ):
         Smc100Stage(peer.line(IMPATIENT), 1).identify()
 
@@ -179,4 +215,4 @@ def test_another_instrument_is_named():
 def test_positions_that_never_agree():
     steps = [(b"1TP\r\n", b"1TP%d\r\n" % k) for k in range(9)]
     with Dialogue(*steps) as peer, pytest.raises(BadReplyError, match="agree"):
-        Smc100Stage(peer.line(), 1).get_position()
+        Smc100Stage(peer.line(), 1).get_position(0.002)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import threading
+import time
 import tty
 
 from clbrdf.rig.eventlog import EventLog
@@ -18,9 +19,9 @@ IMPATIENT = 0.2
 
 
 class Dialogue(threading.Thread):
-    """Reads exactly the bytes expected and answers with the bytes given."""
+    """Reads exactly the bytes expected and answers with the bytes given; more of them after a while."""
 
-    def __init__(self, *steps: tuple[bytes, bytes]) -> None:
+    def __init__(self, *steps: tuple) -> None:
         super().__init__(daemon=True)
         self.steps = steps
         self.heard: list[bytes] = []
@@ -30,7 +31,7 @@ class Dialogue(threading.Thread):
         self.start()
 
     def run(self) -> None:
-        for expected, reply in self.steps:
+        for expected, reply, *late in self.steps:
             data = b""
             while len(data) < len(expected):
                 if not select.select([self.master], [], [], 5.0)[0]:
@@ -38,6 +39,9 @@ class Dialogue(threading.Thread):
                 data += os.read(self.master, len(expected) - len(data))
             self.heard.append(data)
             os.write(self.master, reply)
+            if late:
+                time.sleep(late[0])
+                os.write(self.master, late[1])
 
     def __enter__(self) -> Dialogue:
         return self
@@ -48,7 +52,7 @@ class Dialogue(threading.Thread):
         os.close(self.master)
         os.close(self.slave)
         if kind is None:
-            assert self.heard == [expected for expected, _ in self.steps]
+            assert self.heard == [step[0] for step in self.steps]
             assert rest == b""
 
     def line(self, patience: float = PATIENCE) -> Line:

@@ -19,8 +19,9 @@ port = "ports/stages"
 baud = 921600
 patience = {patience}
 poll = 0.0002
-homing_time = 2.0
-reset_time = 0.3
+homing_time = 4.0
+reset_time = 2.3
+move_time = {patience}
 lamp  = {{ address = 1, limits = [-180, 181], velocity = 20, acceleration = 80, zero = 10.0 }}
 turn  = {{ address = 2, limits = [-95, 95], velocity = 20, acceleration = 80, sign = -1 }}
 pitch = {{ address = 3, limits = [-90, 90], velocity = 20, acceleration = 80 }}
@@ -31,6 +32,8 @@ patience = {patience}
 electrons_per_count = 2.0
 read_noise = 3.0
 bias = 1500
+shutter_time = 0
+{spectrometer}
 [reference]
 port = "ports/reference"
 baud = 921600
@@ -86,6 +89,7 @@ def write_rig(
     seed: int = 0,
     effects: str = "",
     emulator: str = "",
+    spectrometer: str = "",
     fault_rate: float = 0.0,
     reference_noise: float = 0.0,
     keep_free: float = 0.0,
@@ -98,6 +102,7 @@ def write_rig(
             seed=seed,
             effects=effects,
             emulator=emulator,
+            spectrometer=spectrometer,
             fault_rate=fault_rate,
             reference_noise=reference_noise,
             keep_free=keep_free,

@@ -26,6 +26,7 @@ from clbrdf.rig.measure import measure
 from clbrdf.rig.planfile import WavelengthGrid
 from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.rigfile import SpectrometerSettings
+from clbrdf.rig.row import POINT
 from clbrdf.rig.samples import sample_path
 from clbrdf.rig.uncertainty import MEDIAN_OF_THREE, angle_sigma, count_variance, linearised, local_slopes
 from clbrdf.scan import Scan
@@ -63,8 +64,10 @@ def test_measured_sources_replace_their_percentage():
 
 
 def test_count_variance():
-    detector = SpectrometerSettings(port="x", electrons_per_count=2.0, read_noise=3.0, bias=1000.0)
+    detector = SpectrometerSettings(electrons_per_count=2.0, read_noise=3.0, bias=1000.0)
     assert count_variance(np.array([900.0, 1000.0, 5000.0]), detector).tolist() == [9.0, 9.0, 2009.0]
+    noisy = detector.model_copy(update={"relative_noise": 0.01})
+    assert count_variance(np.array([5000.0]), noisy).tolist() == [2009.0 + 40.0**2]
 
 
 def test_median_of_three_by_sampling():
@@ -221,11 +224,19 @@ def test_stray_light_from_the_mean_signal(measured):
     assert relative == pytest.approx(np.broadcast_to(share, relative.shape), rel=0.05)
 
 
-def test_calibrate_needs_every_point(measured):
+def test_calibration_works_on_what_is_there(measured):
+    """Points that are not measured (yet) are left out; those that are there keep their own directions."""
     raw = read_raw(measured)
-    rows = {name: values[:-1] for name, values in raw.rows.items()}
-    with pytest.raises(InputError, match="1 of 14 points are not measured"):
-        calibrate(dataclasses.replace(raw, rows=rows), EXACT)
+    whole = calibrate(raw, EXACT).scan
+    last = int(np.nonzero(raw.rows["kind"] == POINT)[0][-1])
+    fewer = dataclasses.replace(raw, rows={name: values[:last] for name, values in raw.rows.items()})
+    part = calibrate(fewer, EXACT).scan
+    assert len(part.theta_i) == len(whole.theta_i) - 1
+    assert np.array_equal(part.brdf, whole.brdf[:-1])
+    assert np.array_equal(fewer.directions.theta_r, raw.directions.theta_r[:-1])
+    none = dataclasses.replace(raw, rows={name: values[:1] for name, values in raw.rows.items()})
+    with pytest.raises(InputError, match="no point is measured"):
+        calibrate(none, EXACT)
 
 
 def test_a_scan_without_raw_counts(tmp_path):

@@ -153,7 +153,7 @@ def test_check_point_that_moved(tmp_path):
             measure(plan, rig_path, tmp_path / "scan.h5", report=stop)
         emulated.world._direct = emulated.world._direct * 1.5
         emulated.world._seen = None
-        with pytest.raises(InstrumentError, match=r"check point 3 is 50.*% off"):
+        with pytest.raises(InstrumentError, match=r"check point \d is \+5\d\.\d\d% off"):
             measure(plan, rig_path, tmp_path / "scan.h5", resume=True)
 
 
@@ -191,7 +191,7 @@ def test_disk_fills_up_on_the_way(tmp_path, clean, monkeypatch):
 def test_disk_refuses_a_write(tmp_path, clean):
     """HDF5 meets an error in the middle of a row: one line, no crash at exit, and it can be resumed."""
     limited = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (66_000, 66_000))\n"
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (90_000, 90_000))\n"
         "from clbrdf.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     plan, out = write_plan(tmp_path, **PLAN), tmp_path / "scan.h5"
@@ -255,9 +255,9 @@ def test_busy_port(tmp_path):
 @pytest.mark.parametrize(
     ("one", "other", "words"),
     [
-        ("stages", "reference", "stages: no SMC100 answers at address 1"),
+        ("stages", "reference", "stages: no SMC100 at address 1 answers"),
         ("spectrometer", "reference", "spectrometer: no OBP spectrometer answers"),
-        ("stages", "spectrometer", "stages: no SMC100 answers at address 1"),
+        ("stages", "spectrometer", "stages: no SMC100 at address 1 answers"),
     ],
 )
 def test_port_of_another_instrument(tmp_path, one, other, words):

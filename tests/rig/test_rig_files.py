@@ -14,6 +14,7 @@ from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import load_rig
 from clbrdf.rig.route import plan_route
 from clbrdf.rig.samples import sample_path
+from clbrdf.rig.segmentimage import lookup3
 
 
 @pytest.mark.parametrize(
@@ -209,3 +210,11 @@ def test_raw_positions_follow_zero_and_sign(tmp_path):
     assert rig.stages.lamp.raw_limits == (-170.0, 191.0)
     assert rig.stages.turn.raw_limits == (-95.0, 95.0)
     assert re.fullmatch(r".*ports/stages", rig.stages.port)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [(b"", 0xDEADBEEF), (b"Four score and seven years ago", 0x17770551)]
+)
+def test_checksum_of_the_superblock(key, value):
+    """The test values that stand in Bob Jenkins' lookup3.c (driver5)."""
+    assert lookup3(key) == value

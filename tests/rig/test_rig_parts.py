@@ -16,71 +16,109 @@ from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.emulator.stages import CONFIGURATION, Move
 from clbrdf.rig.errors import BadReplyError, NoReplyError, UnpluggedError
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.rig.exposure import expose, ladder
+from clbrdf.rig.exposure import Exposer, ladder
 from clbrdf.rig.planfile import Plan
-from clbrdf.rig.rigfile import load_rig
+from clbrdf.rig.rigfile import SpectrometerSettings, load_rig
 from clbrdf.rig.transport import Line
 
 
 class Light:
-    """A spectrometer in memory: counts proportional to time."""
+    """A spectrometer in memory: counts proportional to time, and a hundredth of it in the last pixels."""
 
     full_scale = 16383
-    pixels = 4
+    pixels = 6
+    shortest, longest = 10e-6, 85.0
 
     def __init__(self, rate):
         self.rate = rate
         self.asked = []
+
+    def set_shutter(self, is_open):
+        pass
 
     def set_integration_time(self, seconds):
         self.seconds = seconds
 
     def measure_spectrum(self):
         self.asked.append(self.seconds)
-        peak = min(1500 + self.rate * self.seconds, self.full_scale)
-        return np.array([1500, peak, peak, 1500]).astype(np.uint16)
+        light = self.rate * self.seconds * np.array([0.0, 1.0, 1.0, 0.01, 0.01, 0.0])
+        return np.minimum(1500 + light, self.full_scale).astype(np.uint32)
+
+
+SETTINGS = SpectrometerSettings(shutter_time=0.0)
+LIMIT = int(0.95 * 16383)
+
+
+def exposer(light, times, scans=1):
+    return Exposer(light, SETTINGS, times, scans, slice(0, 6), EventLog(), lambda: None)
 
 
 @given(st.floats(1.0, 1e9), st.integers(0, 8))
 def test_exposure_is_the_longest_that_fits(rate, first):
-    times = ladder(Plan(theta_i=[30], theta_r=[30], longest_time=2.0), 10e-6)
+    times = ladder(Plan(theta_i=[30], theta_r=[30], longest_time=2.0), 10e-6, 85.0)
     light = Light(rate)
-    exposure = expose(light, times, times[first], slice(0, 4), True, lambda seconds: None)
+    exposure = exposer(light, times).expose(times[first], True)
     peak = int(exposure.counts.max())
     if exposure.saturated:
         assert exposure.seconds == times[0]
-        assert 1500 + rate * times[0] >= 16383
+        assert 1500 + rate * times[0] >= LIMIT
     else:
-        assert peak < 16383
+        assert peak < LIMIT
         place = times.index(exposure.seconds)
         if place + 1 < len(times) and light.asked[0] <= exposure.seconds:
-            assert 1500 + (peak - 1500 + 2.0) * 4.0 >= 0.8 * 16383, "a longer time would have fitted"
+            assert 1500 + (peak - 1500 + 2.0) * 4.0 >= 0.8 * LIMIT, "a longer time would have fitted"
 
 
 def test_ladders():
-    times = ladder(Plan(theta_i=[30], theta_r=[30], shortest_time=1e-3, longest_time=0.1), 10e-6)
+    times = ladder(Plan(theta_i=[30], theta_r=[30], shortest_time=1e-3, longest_time=0.1), 10e-6, 85.0)
     assert times == (1e-3, 4e-3, 16e-3, 64e-3)
-    fixed = ladder(Plan(theta_i=[30], theta_r=[30], integration_time=0.2), 10e-6)
+    fixed = ladder(Plan(theta_i=[30], theta_r=[30], integration_time=0.2), 10e-6, 85.0)
     assert fixed[-1] == 0.2
     assert fixed[-2] == 0.05
     assert fixed[0] >= 10e-6
+    assert ladder(Plan(theta_i=[30], theta_r=[30]), 0.5, 0.5) == (0.5,), "a meter knows one time"
+    assert ladder(Plan(theta_i=[30], theta_r=[30], longest_time=80.0), 1e-3, 10.0)[-1] <= 10.0
 
 
 def test_a_fixed_time_never_grows():
-    times = ladder(Plan(theta_i=[30], theta_r=[30], integration_time=0.2), 10e-6)
+    times = ladder(Plan(theta_i=[30], theta_r=[30], integration_time=0.2), 10e-6, 85.0)
     light = Light(10.0)
-    assert expose(light, times, 0.2, slice(0, 4), False, lambda seconds: None).seconds == 0.2
-    assert light.asked == [0.2]
+    assert exposer(light, times).expose(0.2, False).seconds == 0.2
+    assert set(light.asked) == {0.2}
+
+
+def test_longer_rungs_and_a_scan_that_saturates_in_a_sum():
+    times = (0.01, 0.04, 0.16)
+    light = Light(1e6)
+    one = exposer(light, times, scans=3)
+    base = one.expose(0.01, True)
+    assert base.counts.tolist() == [3 * 1500, 3 * 11500, 3 * 11500, 3 * 1600, 3 * 1600, 3 * 1500]
+    rungs = one.longer(base, 5)
+    assert [rung.seconds for rung in rungs] == [0.04, 0.16]
+    assert rungs[1].counts.tolist() == [4500, 3 * 16383, 3 * 16383, 3 * 3100, 3 * 3100, 4500]
+    assert rungs[1].saturated
 
 
 def test_another_makers_part_is_one_new_file(tmp_path, monkeypatch):
-    (tmp_path / "acme9.py").write_text('ROLE = "reference"\nclass Acme9:\n    pass\nDRIVER = Acme9\n')
+    (tmp_path / "acme9.py").write_text(
+        'ROLES = ("reference",)\n'
+        "from clbrdf.tomlfile import Settings\n"
+        "class Connection(Settings):\n    channel: int = 1\n"
+        "def connect(settings, context):\n    return settings.channel\n"
+    )
     monkeypatch.setattr(drivers, "__path__", [*drivers.__path__, str(tmp_path)])
-    assert drivers.driver_names("reference") == ("acme9", "newport1830c")
-    assert drivers.get_driver("reference", "acme9").__name__ == "Acme9"
+    assert {"acme9", "newport1830c"} <= set(drivers.driver_names("reference"))
     path = write_rig(tmp_path)
-    path.write_text(path.read_text().replace("[reference]", '[reference]\ndriver = "acme9"'))
-    assert load_rig(path).reference.driver == "acme9"
+    path.write_text(path.read_text().replace("[reference]", '[reference]\ndriver = "acme9"\nchannel = 3'))
+    with pytest.raises(InputError, match=r"unknown key reference\.port; known here: .*channel"):
+        load_rig(path)
+    text = path.read_text()
+    section = text.index("[reference]")
+    keys = ("port", "baud", "patience", "reply_time")
+    rest = [line for line in text[section:].splitlines() if not line.startswith(keys)]
+    path.write_text(text[:section] + "\n".join(rest))
+    rig = load_rig(path)
+    assert drivers.get_driver("reference", "acme9").connect(rig.reference, None) == 3
 
 
 def test_random_faults_come_from_the_seed():
@@ -234,7 +272,7 @@ def test_homing_from_every_state(tmp_path):
 def test_recovery_that_fails_half_way_still_homes(tmp_path):
     """The stages' line is lost, and the reference detector with it: the homing stays due."""
     with emulation(tmp_path) as (_, rig, emulated), connected(rig, emulated) as (instruments, _):
-        instruments.lines[0].close()
+        instruments.stages.groups[0].line.close()
         assert instruments.calls_for_homing(UnpluggedError("stages: gone"))
         assert instruments.recover(must_home=True)
         assert not instruments.recover(must_home=False)

@@ -1,24 +1,47 @@
 """Ocean STS / Ventana spectrometers over RS-232, Ocean Binary Protocol.
 
 Every message carries an MD5 checksum and a number that the reply repeats (`regarding`), so that a stale
-reply is known as one. The shutter of the lamp hangs on the spectrometer's lamp-enable output.
+reply is known as one. The instrument keeps trigger mode, averaging and boxcar of its last user, so they
+are set and read back. The shutter of the lamp hangs on the spectrometer's lamp-enable output.
 
-Source: Ocean Optics, STS Data Sheet, "Ocean Binary Protocol".
+Source: Ocean Optics, STS Data Sheet, "Ocean Binary Protocol", and the message types of SeaBreeze's
+OBPMessageTypes.h; every message sent is listed in docs/protocols.md.
 """
 
 from __future__ import annotations
 
 import struct
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
-from clbrdf.rig.drivers import obp_message as obp
+from clbrdf.rig.connection import Context, SerialConnection
+from clbrdf.rig.drivers import _obp_message as obp
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, RefusedError
-from clbrdf.rig.transport import Line, repeated
+from clbrdf.rig.roles import Counts
+from clbrdf.rig.transport import Line, make_line, repeated, why_silent
 
-ROLE = "spectrometer"
+ROLES = ("spectrometer",)
 MOST_SPECTRA = 10
+
+STATE = (
+    ("trigger mode", obp.SET_TRIGGER_MODE, obp.GET_TRIGGER_MODE, b"\0"),
+    ("scans to average", obp.SET_SCANS_TO_AVERAGE, obp.GET_SCANS_TO_AVERAGE, b"\1\0"),
+    ("boxcar width", obp.SET_BOXCAR_WIDTH, obp.GET_BOXCAR_WIDTH, b"\0"),
+)
+"""What to set and ask for: on demand, one scan (ours are summed here, in 32 bits), no smoothing."""
+
+
+class Connection(SerialConnection):
+    """Its serial port: 9600 baud unless set otherwise in the instrument."""
+
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 9600
+
+
+class UnknownTypeError(RefusedError):
+    """The instrument's firmware does not know the message."""
 
 
 class ObpSpectrometer:
@@ -28,6 +51,7 @@ class ObpSpectrometer:
     pixels = 1024
     shortest = 10e-6
     longest = 85.0
+    is_discrete = False
 
     def __init__(self, line: Line) -> None:
         self.line = line
@@ -38,6 +62,22 @@ class ObpSpectrometer:
         self._is_stale = True
         self._shutter = False
         self._faults = -1
+        self._has_temperature = True
+        self._known: set[str] = {what for what, *_ in STATE}
+
+    @property
+    def is_open(self) -> bool:
+        """False before `open`, and after the port was lost."""
+        return self.line.is_open
+
+    def open(self) -> None:
+        """Open the port and drain it."""
+        self.line.open()
+        self.line.drain()
+
+    def close(self) -> None:
+        """Close the port."""
+        self.line.close()
 
     def identify(self) -> str:
         """Get the serial number.
@@ -49,16 +89,31 @@ class ObpSpectrometer:
         """
         self._buffer.clear()
         try:
+            self.line.drain()
             return self._ask(obp.GET_SERIAL_NUMBER, "serial number").rstrip(b"\0").decode("ascii", "replace")
         except LineError as error:
-            raise InstrumentError(
-                f"{self.line.name}: no OBP spectrometer answers on {self.line.port};"
-                " check the port and the baud rate in the rig file"
-            ) from error
+            raise InstrumentError(why_silent(self.line, error, "OBP spectrometer")) from error
 
-    def get_wavelength_coefficients(self) -> npt.NDArray[np.float64]:
-        """Get the polynomial from pixel number to wavelength in nm, lowest power first."""
-        return self._coefficients(obp.GET_WAVELENGTH_COEFFICIENT_COUNT, obp.GET_WAVELENGTH_COEFFICIENT)
+    def get_wavelengths(self) -> npt.NDArray[np.float64]:
+        """Get the wavelength of each pixel, (1024,), nm, from the polynomial in the instrument."""
+        coefficients = self._coefficients(
+            obp.GET_WAVELENGTH_COEFFICIENT_COUNT, obp.GET_WAVELENGTH_COEFFICIENT
+        )
+        if not len(coefficients):
+            raise RefusedError(f"{self.line.name}: no wavelength coefficients are stored in the spectrometer")
+        pixel = np.arange(self.pixels, dtype=np.float64)
+        return np.asarray(np.polynomial.polynomial.polyval(pixel, coefficients), dtype=np.float64)
+
+    def get_temperature(self) -> float:
+        """Measure the detector's temperature in °C; NaN where the firmware does not tell."""
+        if self._has_temperature:
+            try:
+                data = self._ask(obp.GET_TEMPERATURE, "temperature", b"\0")
+            except UnknownTypeError:
+                self._has_temperature = False
+            else:
+                return float(struct.unpack("<f", data)[0]) if len(data) == 4 else float("nan")
+        return float("nan")
 
     def get_nonlinearity_coefficients(self) -> npt.NDArray[np.float64]:
         """Get the polynomial in net counts to divide them by, lowest power first; empty if linear."""
@@ -76,11 +131,12 @@ class ObpSpectrometer:
     def set_shutter(self, is_open: bool) -> None:
         """Set the shutter of the lamp: lamp-enable on (open) or off (closed)."""
         if is_open != self._shutter or self._faults != self.line.faults:
-            self._shutter = is_open
+            # A spectrum that is being integrated now began with the shutter as it was.
+            self._shutter, self._is_stale = is_open, True
             self._set_shutter()
 
-    def measure_spectrum(self) -> npt.NDArray[np.uint16]:
-        """Measure raw counts, (1024,) uint16, 0 to 16383.
+    def measure_spectrum(self) -> Counts:
+        """Measure raw counts, (1024,), 0 to 16383.
 
         The first spectrum after any change of integration time is thrown away: it was integrated with
         the old one. After any fault on the line the instrument may have been reset unseen, so its
@@ -97,6 +153,7 @@ class ObpSpectrometer:
         for _ in range(MOST_SPECTRA):
             if self._faults != self.line.faults:
                 self._faults = self.line.faults
+                self._set_state()
                 self._set_shutter()
                 self._set_time()
                 self._is_stale = True
@@ -116,6 +173,21 @@ class ObpSpectrometer:
         self._time, self._is_stale, self._shutter, self._faults = None, True, False, -1
         self._buffer.clear()
 
+    def _set_state(self) -> None:
+        """Set trigger mode, averaging and boxcar, and read them back; older firmware lacks the latter two."""
+        for what, setter, getter, value in STATE:
+            if what not in self._known:
+                continue
+            try:
+                self._ask(setter, what, value, obp.ACK_REQUESTED)
+                found = self._ask(getter, what)
+            except UnknownTypeError:
+                self._known.discard(what)
+                self.line.log.add(self.line.name, "not known to the instrument", what)
+                continue
+            if int.from_bytes(found, "little") != int.from_bytes(value, "little"):
+                raise RefusedError(f"{self.line.name}: {what} stays {found.hex()}, not {value.hex()}")
+
     def _set_time(self) -> None:
         data = struct.pack("<I", round((self._time or 0.0) * 1e6))
         self._ask(obp.SET_INTEGRATION_TIME, "integration time", data, obp.ACK_REQUESTED)
@@ -123,7 +195,7 @@ class ObpSpectrometer:
     def _set_shutter(self) -> None:
         self._ask(obp.SET_LAMP_ENABLE, "lamp enable", bytes([self._shutter]), obp.ACK_REQUESTED)
 
-    def _spectrum(self) -> npt.NDArray[np.uint16]:
+    def _spectrum(self) -> Counts:
         time = max(self._time or 0.0, self._time_before)
         data = self._ask(obp.GET_RAW_SPECTRUM, "spectrum", reply=2 * self.pixels, device_time=time)
         counts = np.frombuffer(data, dtype="<u2")
@@ -131,7 +203,7 @@ class ObpSpectrometer:
             raise RefusedError(
                 f"{self.line.name}: a spectrum of {counts.size} pixels up to {counts.max(initial=0)}"
             )
-        return counts.astype(np.uint16)
+        return counts.astype(np.uint32)
 
     def _coefficients(self, count_kind: int, kind: int) -> npt.NDArray[np.float64]:
         count = self._ask(count_kind, "coefficient count")
@@ -202,10 +274,14 @@ class ObpSpectrometer:
             raise RefusedError(f"{self.line.name}: the spectrometer has been reset")
         if message.error in (3, 1, 4, 5):  # the request was damaged on its way: as good as unheard
             raise BadReplyError(f"{self.line.name}: request refused, error {obp.ERRORS[message.error]}")
+        if message.error == obp.ERROR_TYPE:
+            raise UnknownTypeError(f"{self.line.name}: the instrument does not know {message.kind:#010x}")
         if message.error or message.flags & (obp.NACK | obp.HARDWARE_EXCEPTION):
             text = obp.ERRORS.get(message.error, f"code {message.error}")
             raise RefusedError(f"{self.line.name}: the spectrometer reports an error: {text}")
         return message
 
 
-DRIVER = ObpSpectrometer
+def connect(settings: Connection, context: Context) -> ObpSpectrometer:
+    """Return the spectrometer of a rig file."""
+    return ObpSpectrometer(make_line(settings, context))

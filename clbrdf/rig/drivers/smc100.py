@@ -2,20 +2,28 @@
 
 Setters are silent, so what they did is asked for: `TE` after a command, `TS` while it runs, `TP` when it
 should be over. Replies repeat address and command, which tells a stale one; positions have no checksum,
-so two readings have to agree.
+so two readings have to agree, within a tolerance because a servo hunts. `TS` clears the error bits that
+it reports: a status after a lost reply is marked as doubtful.
 
-Source: Newport, SMC100CC & SMC100PP User's Manual.
+Source: Newport, SMC100CC & SMC100PP User's Manual (EDH0206En2042), chapter 6; every command sent is
+listed in docs/protocols.md.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import Annotated
 
+from pydantic import Field
+
+from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.rig.transport import Line, repeated
+from clbrdf.rig.transport import Line, make_line, repeated, why_silent
+from clbrdf.tomlfile import Settings
 
-ROLE = "stages"
+ROLES = ("stages",)
 END = b"\r\n"
 NUMBER = r"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 MOST_BYTES = 64
@@ -69,6 +77,18 @@ DAMAGED = "ABCGNS"
 """Errors that a damaged command explains: the command may be sent again."""
 
 
+class Connection(SerialConnection):
+    """The line of all axes."""
+
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 57600
+
+
+class Axis(Settings):
+    """One controller: its address on the line, 1 to 31."""
+
+    address: Annotated[int, Field(ge=1, le=31)]
+
+
 class Smc100Stage:
     """One axis of an SMC100 line, address 1 to 31."""
 
@@ -76,6 +96,7 @@ class Smc100Stage:
         self.line = line
         self.address = address
         self._firmware = ""
+        self._is_reset = False
 
     def identify(self) -> str:
         """Get the firmware's name.
@@ -90,13 +111,12 @@ class Smc100Stage:
             self._firmware = self._agreed("VE", r"[ -~]+")
             return self._firmware.strip()
         except LineError as error:
-            raise InstrumentError(
-                f"{self.line.name}: no SMC100 answers at address {self.address} on {self.line.port};"
-                " check port, baud rate and address in the rig file"
-            ) from error
+            what = f"SMC100 at address {self.address}"
+            raise InstrumentError(why_silent(self.line, error, what)) from error
 
     def get_status(self) -> StageStatus:
         """Get error bits and state (`TS`): ready is 32 to 35, "not moving" alone is not."""
+        faults = self.line.faults
         word = int(self._ask("TS", r"[0-9A-Fa-f]{6}"), 16)
         bits, state = word >> 8, word & 0xFF
         if state not in STATES:
@@ -108,15 +128,24 @@ class Smc100Stage:
             limit=bool(bits & LIMIT_BITS),
             stalled=bool(bits & STALL_BIT) or state == STALLED_STATE,
             errors=tuple(text for bit, text in ERROR_BITS.items() if bits & bit),
+            doubtful=self.line.faults != faults,
         )
 
-    def get_position(self) -> float:
-        """Measure the position in degrees: two readings that agree (a digit lost on the line would not)."""
-        return float(self._agreed("TP", NUMBER))
+    def get_position(self, tolerance: float) -> float:
+        """Measure the position in degrees: the mean of two readings that agree within the tolerance.
 
-    def get_predicted_time(self, distance: float) -> float:
-        """Get the time a move of `distance` degrees takes, in s (`PT`)."""
-        return float(self._agreed("PT", NUMBER, _decimal(abs(distance))))
+        A digit lost on the line would not agree; the counts by which a servo hunts do.
+        """
+        before = float(self._ask("TP", NUMBER))
+        for _ in range(MOST_READINGS):
+            again = float(self._ask("TP", NUMBER))
+            if abs(again - before) <= tolerance:
+                return (before + again) / 2.0
+            self.line.fault("reading disagrees", f"{self.address}TP: {before:g}, then {again:g}")
+            before = again
+        raise BadReplyError(
+            f"{self.line.name}: no two positions of address {self.address} agree within {tolerance:g}°"
+        )
 
     def start_move(self, target: float) -> None:
         """Set the target in degrees, to 0.0001°, and set off (`PA`).
@@ -133,17 +162,23 @@ class Smc100Stage:
         self._tell("OR")
         self._check("OR")
 
-    def reset(self) -> None:
-        """Set the controller back to its state after power-on (`RS`)."""
-        self._tell("RS")
+    def is_unreferenced(self) -> bool:
+        """Bring the controller to "not referenced", from which `OR` starts; True once it is there.
 
-    def enable(self) -> None:
-        """Set a disabled stage ready (`MM1`)."""
-        self._set("MM", "1")
-
-    def leave_configuration(self) -> None:
-        """Set a stage in configuration back to not referenced (`PW0`); silent for up to 10 s."""
-        self._tell("PW", "0")
+        `RS` sets it back to its state after power-on; a controller in configuration leaves that by `PW0`
+        and is silent for up to 10 s then, so a LineError meanwhile means nothing.
+        """
+        motion = self.get_status().motion
+        if motion is Motion.NOT_REFERENCED:
+            self._is_reset = False
+            return True
+        if not self._is_reset:
+            self._is_reset = True
+            if motion is Motion.CONFIGURATION:
+                self._tell("PW", "0")
+            else:
+                self._tell("RS")
+        return False
 
     def configure(self, limits: tuple[float, float], velocity: float, acceleration: float) -> None:
         """Set soft limits in degrees, velocity in deg/s, acceleration in deg/s²; each is read back.
@@ -162,10 +197,6 @@ class Smc100Stage:
                 self.line.fault("setting disagrees", f"{self.address}{code} is {found:g}, not {value:g}")
             else:
                 raise RefusedError(f"{self.line.name}: address {self.address} does not take {code}{value:g}")
-
-    def stop(self) -> None:
-        """Stop every stage on the line (`ST`)."""
-        self.line.send(b"ST" + END)
 
     def _set(self, code: str, value: str) -> None:
         """Send a setter that may be repeated, and ask whether it was understood."""
@@ -247,4 +278,37 @@ def _decimal(value: float) -> str:
     return "0" if text == "-0" else text
 
 
-DRIVER = Smc100Stage
+class Smc100Line:
+    """All controllers of one line, by the name of their axis."""
+
+    def __init__(self, line: Line, addresses: Mapping[str, int]) -> None:
+        self.line = line
+        self.stages = {name: Smc100Stage(line, address) for name, address in addresses.items()}
+
+    @property
+    def is_open(self) -> bool:
+        """False before `open`, and after the port was lost."""
+        return self.line.is_open
+
+    def open(self) -> None:
+        """Open the port and drain it."""
+        self.line.open()
+        self.line.drain()
+
+    def close(self) -> None:
+        """Close the port."""
+        self.line.close()
+
+    def identify(self) -> str:
+        """Get the firmware of every controller."""
+        self.line.drain()
+        return "; ".join(stage.identify() for stage in self.stages.values())
+
+    def stop(self) -> None:
+        """Stop every stage on the line (`ST`)."""
+        self.line.send(b"ST" + END)
+
+
+def connect(settings: Connection, axes: Mapping[str, Axis], context: Context) -> Smc100Line:
+    """Return the controllers of a rig file."""
+    return Smc100Line(make_line(settings, context), {name: axis.address for name, axis in axes.items()})

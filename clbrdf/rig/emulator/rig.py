@@ -23,6 +23,8 @@ DRIVERS = {"stages": "smc100", "spectrometer": "obp", "reference": "newport1830c
 class EmulatedRig:
     """A context in which the ports of a rig file lead to emulated instruments.
 
+    Parts with another driver are left alone: they are real, or the test's own.
+
     Attributes
     ----------
     injector : Injector
@@ -32,25 +34,28 @@ class EmulatedRig:
     Raises
     ------
     InputError
-        The rig file has a part that cannot be emulated, or a port cannot be put where it says.
+        The rig file has no part that is emulated, or a port cannot be put where it says.
     """
 
     def __init__(self, rig: Rig) -> None:
         settings = rig.emulator or EmulatorSettings()
-        for name, driver in DRIVERS.items():
-            if getattr(rig, name).driver != driver:
-                raise InputError(f"{name}.driver is {getattr(rig, name).driver!r}; only {driver} is emulated")
+        emulated = [name for name, driver in DRIVERS.items() if getattr(rig, name).driver == driver]
+        if not emulated:
+            raise InputError(f"none of its drivers is emulated; those are {', '.join(DRIVERS.values())}")
         self.rig = rig
         self.injector = Injector(settings.fault_rate, list(settings.faults), settings.seed)
         clock = Clock(settings.time_factor)
         self.world = World(rig, settings, clock)
-        stages = EmulatedStages(rig.stages, clock, settings.effects.angle_noise, settings.seed)
-        self.world.axes = stages.true_angles
-        self.devices: dict[str, Device] = {
-            "stages": stages,
-            "spectrometer": EmulatedSpectrometer(self.world),
-            "reference": EmulatedPowerMeter(self.world),
-        }
+        effects = settings.effects
+        self.devices: dict[str, Device] = {}
+        if "stages" in emulated:
+            stages = EmulatedStages(rig.stages, clock, effects.angle_noise, settings.seed, effects.hunting)
+            self.world.axes = stages.true_angles
+            self.devices["stages"] = stages
+        if "spectrometer" in emulated:
+            self.devices["spectrometer"] = EmulatedSpectrometer(self.world, settings.left)
+        if "reference" in emulated:
+            self.devices["reference"] = EmulatedPowerMeter(self.world, settings.left.meter)
         self.instruments: dict[str, Instrument] = {}
         for name, device in self.devices.items():
             part = getattr(rig, name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -31,6 +31,22 @@ class EffectSettings(Settings):
         Share of the mean signal that falls on every pixel.
     angle_noise : float
         Standard deviation of where a stage really stops, degrees; it reports its target.
+    zero_errors : (float, float, float)
+        Lamp, turn and pitch stand at what they read plus this, degrees; a tilt of the sample is the same
+        as errors of turn and pitch.
+    beam_width : float
+        Standard deviation of the direct beam's profile in the lamp's angle, degrees; 0 for a beam of
+        the same strength within half a degree.
+    hunting : float
+        A servo at rest is read within this many degrees of where it stands.
+    shutter_time : float
+        The shutter takes to open or close, s of the rig's time.
+    shutter_stuck : "", "open" or "closed"
+        It does not obey.
+    reference_behind_shutter : bool
+        The reference detector sees the lamp through the shutter.
+    clip : int
+        Count at which the detector clips below its full scale; 0 for none.
     """
 
     shot_noise: bool = False
@@ -41,6 +57,30 @@ class EffectSettings(Settings):
     nonlinearity: tuple[float, ...] = ()
     stray_light: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     angle_noise: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
+    zero_errors: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    beam_width: Annotated[float, Field(ge=0.0, lt=5.0)] = 0.0
+    hunting: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    shutter_time: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    shutter_stuck: Literal["", "open", "closed"] = ""
+    reference_behind_shutter: bool = False
+    clip: Annotated[int, Field(ge=0, le=16383)] = 0
+
+
+class LeftSettings(Settings):
+    """In which state the last user left the instruments.
+
+    Attributes
+    ----------
+    meter : list of str
+        Commands given to the power meter, such as "G0" (hold) or "F1" (slow filter).
+    trigger_mode, averages, boxcar : int
+        Of the spectrometer.
+    """
+
+    meter: tuple[str, ...] = ()
+    trigger_mode: Annotated[int, Field(ge=0, le=3)] = 0
+    averages: Annotated[int, Field(ge=1, le=5000)] = 1
+    boxcar: Annotated[int, Field(ge=0, le=15)] = 0
 
 
 class EmulatorSettings(Settings):
@@ -85,6 +125,7 @@ class EmulatorSettings(Settings):
     fault_rate: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
     faults: tuple[str, ...] = ()
     effects: EffectSettings = EffectSettings()
+    left: LeftSettings = LeftSettings()
 
     @model_validator(mode="after")
     def _check(self) -> EmulatorSettings:

@@ -1,17 +1,20 @@
 """Emulated SMC100 controllers: three axes on one line, with motion that takes time.
 
-Written from the manual's tables, not from our driver.
+Written from the manual's tables, not from our driver: a command that the manual does not list, a value
+out of its range, or a state in which it is not allowed leaves an error letter for `TE` and no reply. `TS`
+clears the error bits that it reports.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from clbrdf.rig.emulator.world import Clock
-from clbrdf.rig.rigfile import AXES, StagesSettings
+from clbrdf.rig.stagesettings import AXES, StagesSettings
 
 END = b"\r\n"
 NUMBER = re.compile(r"-?\d+(\.\d+)?")
@@ -23,6 +26,14 @@ READY_FROM_HOMING, READY_FROM_MOVING, READY_FROM_DISABLE = 0x32, 0x33, 0x34
 DISABLED_FROM_READY, DISABLED_FROM_MOVING = 0x3C, 0x3D
 READY = (0x32, 0x33, 0x34, 0x35)
 POSITIVE_END, NEGATIVE_END, FOLLOWING_ERROR = 0x2, 0x1, 0x20
+ALLOWED: dict[str, Callable[[float], bool]] = {
+    "VA": lambda v: 1e-6 < v < 1e12,
+    "AC": lambda v: 1e-6 < v < 1e12,
+    "SL": lambda v: -1e12 < v <= 0.0,
+    "SR": lambda v: 0.0 <= v < 1e12,
+}
+"""Ranges of the settings."""
+
 SILENCE = 3.0
 """After configuration is left the controller does not answer for this long, s of the rig's time."""
 
@@ -98,14 +109,19 @@ class EmulatedStages:
 
     name = "stages"
 
-    def __init__(self, settings: StagesSettings, clock: Clock, angle_noise: float, seed: int) -> None:
+    def __init__(
+        self, settings: StagesSettings, clock: Clock, angle_noise: float, seed: int, hunting: float = 0.0
+    ) -> None:
         self.clock = clock
+        self.hunting = hunting
         self.settings = settings
         self.angle_noise = angle_noise
         self._random = np.random.default_rng([seed, 78])
         self.axes = {}
         for name in AXES:
             stage = getattr(settings, name)
+            if not hasattr(stage, "address"):  # an axis of another driver
+                continue
             low, high = stage.raw_limits
             axis = Axis(stage.address, 20.0, 80.0, low - HARD_MARGIN, high + HARD_MARGIN)
             axis.defaults = {"VA": 20.0, "AC": 80.0, "SL": low - HARD_MARGIN, "SR": high + HARD_MARGIN}
@@ -118,6 +134,9 @@ class EmulatedStages:
         angles = []
         for name in AXES:
             stage = getattr(self.settings, name)
+            if not hasattr(stage, "address"):
+                angles.append(0.0)
+                continue
             axis = self.axes[stage.address]
             axis.update(now)
             angles.append(stage.from_raw(axis.position(now)) + stage.sign * axis.deviation)
@@ -163,9 +182,11 @@ class EmulatedStages:
     def _obey(self, axis: Axis, code: str, value: str) -> str | None:
         now = self.clock.now()
         if code == "TP" and value in ("", "?"):
-            return "0" if axis.state == RESET else _number(axis.position(now))
+            hunt = self.hunting * float(self._random.uniform(-1.0, 1.0)) if self.hunting else 0.0
+            return "0" if axis.state == RESET else _number(axis.position(now) + hunt)
         if code == "TS" and value in ("", "?"):
-            return f"{axis.errors:04X}{axis.state:02X}"
+            bits, axis.errors = axis.errors, 0
+            return f"{bits:04X}{axis.state:02X}"
         if code == "TE" and value in ("", "?"):
             letter, axis.last_error = axis.last_error, "@"
             return letter
@@ -175,7 +196,7 @@ class EmulatedStages:
             return "MRS101"
         if code in axis.defaults:
             return self._setting(axis, code, value)
-        if code == "PT" and NUMBER.fullmatch(value):
+        if code == "PT" and NUMBER.fullmatch(value) and 1e-6 < float(value) < 1e12:
             move = Move(0.0, float(value), now, axis.defaults["VA"], axis.defaults["AC"])
             return _number(move.duration)
         letter = self._act(axis, code, value)
@@ -186,8 +207,11 @@ class EmulatedStages:
     def _setting(self, axis: Axis, code: str, value: str) -> str | None:
         if value == "?":
             return _number(axis.defaults[code])
-        if not NUMBER.fullmatch(value):
+        refused = {RESET: "H", HOMING: "L", MOVING: "M"}.get(axis.state)
+        if not NUMBER.fullmatch(value) or not ALLOWED[code](float(value)):
             axis.last_error = "C"
+        elif refused:
+            axis.last_error = refused
         else:
             axis.defaults[code] = float(value)
         return None
@@ -208,8 +232,10 @@ class EmulatedStages:
             return self._start(axis, code, value)
         if code == "MM" and value in ("0", "1"):
             return self._enable(axis, value == "1")
-        if code == "PW" and value in ("0", "1"):
-            if value == "1" and axis.state != RESET:
+        if code in ("MM", "PW", "PT"):
+            if code == "PT" or value not in ("0", "1"):
+                return "C"
+            if axis.state != (RESET if value == "1" else CONFIGURATION):
                 return "D"
             axis.state = CONFIGURATION if value == "1" else RESET
             if value == "0":

@@ -18,7 +18,6 @@ import numpy.typing as npt
 
 from clbrdf.geometry import Directions, cos_deg
 from clbrdf.models import get_model
-from clbrdf.rig.drivers.obp import ObpSpectrometer
 from clbrdf.rig.emulator.settings import EmulatorSettings
 from clbrdf.rig.kinematics import forward
 from clbrdf.rig.rigfile import Rig
@@ -36,6 +35,15 @@ Array = npt.NDArray[np.float64]
 
 WAVELENGTH_COEFFICIENTS = (340.0, 0.47, -2.0e-5, -1.0e-9)
 """Pixel number to nm: 340 to 799 nm over 1024 pixels."""
+
+PIXELS, FULL_SCALE = 1024, 16383
+"""Of an STS."""
+
+RIM = 2.0
+"""The rim shadows the sample this far beyond the rig file's largest zenith, degrees."""
+
+EDGE_ON = 0.06
+"""The sample lets the direct beam pass while the cosine of its turn is smaller than this."""
 
 DIRECT_TOLERANCE = 0.5
 """The lamp counts as shining straight into the detector within this many degrees."""
@@ -66,6 +74,8 @@ class World:
         Gives the true rig angles (lamp, turn, pitch), degrees.
     lamp_factor : float
         Share of its power that the lamp gives, changed by faults.
+    is_open : bool
+        Whether the shutter was told to be open.
     """
 
     def __init__(self, rig: Rig, settings: EmulatorSettings, clock: Clock) -> None:
@@ -74,9 +84,11 @@ class World:
         self.clock = clock
         self.axes: Callable[[], tuple[float, ...]] = lambda: (0.0, 0.0, 0.0)
         self.lamp_factor = 1.0
+        self.is_open = False
+        self._moved_at = -np.inf
         self._lock = threading.Lock()
         self._random = np.random.default_rng([settings.seed, 77])
-        pixel = np.arange(ObpSpectrometer.pixels, dtype=np.float64)
+        pixel = np.arange(PIXELS, dtype=np.float64)
         coefficients = np.array(WAVELENGTH_COEFFICIENTS, dtype="<f4").astype(np.float64)
         self.wavelength: Array = np.asarray(np.polynomial.polynomial.polyval(pixel, coefficients))
         self._direct = settings.direct_rate * lamp_spectrum(self.wavelength, settings.lamp_temperature)
@@ -88,9 +100,27 @@ class World:
         drift = self.settings.effects.lamp_drift
         return self.lamp_factor * (float(drift_factor(drift, self.clock.now())) if drift else 1.0)
 
+    def move_shutter(self, is_open: bool) -> None:
+        """Tell the shutter to open or close; it takes its time."""
+        if is_open != self.is_open:
+            self.is_open, self._moved_at = is_open, self.clock.now()
+
+    def _opened(self, began: float, seconds: float) -> float:
+        """Share of an exposure's light that the shutter lets through; it moves evenly."""
+        effects = self.settings.effects
+        if effects.shutter_stuck:
+            return 1.0 if effects.shutter_stuck == "open" else 0.0
+        if not effects.shutter_time:
+            return float(self.is_open)
+        times = began + (np.arange(64) + 0.5) / 64.0 * seconds
+        share = np.clip((times - self._moved_at) / effects.shutter_time, 0.0, 1.0).mean()
+        return float(share if self.is_open else 1.0 - share)
+
     def reference_reading(self) -> float:
         """One reading of the reference detector, W."""
         power = self.settings.reference_power * self.lamp()
+        if self.settings.effects.reference_behind_shutter:
+            power *= self._opened(self.clock.now(), 0.0)
         noise = self.settings.effects.reference_noise
         if noise:
             with self._lock:
@@ -99,7 +129,8 @@ class World:
 
     def rate(self) -> Array:
         """Return the counts per second and pixel that the open shutter lets through, before any effect."""
-        axes = self.axes()
+        errors = self.settings.effects.zero_errors
+        axes = tuple(read + error for read, error in zip(self.axes(), errors, strict=True))
         if self._seen is None or self._seen[0] != axes:
             self._seen = (axes, self._direct * self._share(axes))
         return self._seen[1]
@@ -109,20 +140,27 @@ class World:
         lamp, turn, pitch = axes
         pose = forward(np.array([axes]))
         theta_i, theta_r = float(pose.theta_i[0]), float(pose.theta_r[0])
-        if abs(abs(lamp) - 180.0) < DIRECT_TOLERANCE and abs(np.cos(np.deg2rad(turn))) < 0.01:
+        width = self.settings.effects.beam_width
+        off = abs(abs(lamp) - 180.0)
+        if width and off < 6.0 * width and abs(np.cos(np.deg2rad(turn))) < EDGE_ON:
+            return float(np.exp(-0.5 * (off / width) ** 2))
+        if not width and off < DIRECT_TOLERANCE and abs(np.cos(np.deg2rad(turn))) < 0.01:
             return 1.0
         del pitch
-        if theta_i >= 90.0 or theta_r >= 90.0 or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
+        # The holder's rim: a little beyond what the rig file allows nothing is lit or seen.
+        rim = min(90.0, self.rig.geometry.largest_zenith + RIM)
+        if theta_i >= rim or theta_r >= rim or abs(lamp) < self.rig.geometry.lamp_shadow / 2.0:
             return 0.0
         directions = Directions.relative(pose.theta_i, pose.theta_r, pose.phi_r - pose.phi_i)
         return self._surface(directions) * self.rig.geometry.solid_angle * float(cos_deg(theta_r))
 
-    def counts(self, seconds: float, is_open: bool) -> npt.NDArray[np.uint16]:
-        """Raw counts (1024,) of an exposure."""
+    def counts(self, seconds: float, began: float) -> npt.NDArray[np.uint16]:
+        """Raw counts (1024,) of an exposure that began at a time of the rig."""
         effects = self.settings.effects
         age = self.clock.now() if effects.dark_drift else 0.0
         dark = float(dark_counts(self.settings.dark_rate, effects.dark_drift, seconds, age))
-        signal = self.rate() * (seconds * self.lamp()) if is_open else np.zeros(len(self.wavelength))
+        share = self._opened(began, seconds)
+        signal = self.rate() * (seconds * self.lamp() * share) if share else np.zeros(len(self.wavelength))
         if effects.stray_light:
             signal = with_stray_light(signal, effects.stray_light)
         with self._lock:
@@ -133,9 +171,9 @@ class World:
                 deviates = self._random.standard_normal(len(signal))
                 signal = with_read_noise(signal, effects.read_noise, deviates)
         if effects.nonlinearity:
-            signal = shown_counts(signal, effects.nonlinearity, ObpSpectrometer.full_scale)
+            signal = shown_counts(signal, effects.nonlinearity, FULL_SCALE)
         total = np.rint(self.rig.spectrometer.bias + dark + signal)
-        return np.clip(total, 0, ObpSpectrometer.full_scale).astype(np.uint16)
+        return np.clip(total, 0, effects.clip or FULL_SCALE).astype(np.uint16)
 
 
 def _surface(settings: EmulatorSettings, wavelength: Array) -> Callable[[Directions], Array]:

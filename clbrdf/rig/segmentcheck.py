@@ -1,0 +1,71 @@
+"""Look at segment files in a process of their own before they are trusted.
+
+HDF5 can run for ever in a file with a damaged block, inside a C function that nothing interrupts. A
+process can be ended.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from clbrdf.errors import InputError
+from clbrdf.rig.segment import read_header, read_rows
+
+START_TIME, BYTES_PER_SECOND = 20.0, 2e6
+"""What a busy computer may take to start the process and to read, s and bytes/s."""
+
+CODE = "import sys; from clbrdf.rig.segmentcheck import look; look(sys.argv[1:])"
+
+
+def look(paths: Sequence[str]) -> None:
+    """Read segments from end to end, naming each before it is read and what is wrong with it."""
+    for path in paths:
+        print(path, flush=True)
+        try:
+            read_header(Path(path))
+            read_rows(Path(path))
+        except InputError as error:
+            print(error, file=sys.stderr)
+            sys.exit(1)
+
+
+def check_segments(paths: Sequence[Path]) -> None:
+    """Make sure that segments can be read.
+
+    Raises
+    ------
+    InputError
+        One is damaged, or reading it does not come to an end.
+    """
+    if not paths:
+        return
+    size = sum(path.stat().st_size for path in paths)
+    words = [sys.executable, "-c", CODE, *map(str, paths)]
+    try:
+        done = subprocess.run(
+            words,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=START_TIME + size / BYTES_PER_SECOND,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        seen = (error.stdout or b"").decode("utf-8", "replace").splitlines()
+        raise InputError(
+            f"{seen[-1] if seen else paths[0]}: damaged segment (reading it does not come to an end); restore"
+            " it from a copy, or remove it to measure its points again"
+        ) from error
+    if done.returncode == 0:
+        return
+    lines = done.stderr.strip().splitlines()
+    if done.returncode == 1 and len(lines) == 1:
+        raise InputError(lines[0])
+    seen_text = done.stdout.strip().splitlines()
+    raise InputError(
+        f"{seen_text[-1] if seen_text else paths[0]}: damaged segment (HDF5 fails on it); restore it from a"
+        " copy, or remove it to measure its points again"
+    )
