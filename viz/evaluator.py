@@ -85,7 +85,9 @@ class HostMesh:
         self.views = self.mesh.views(theta_i)
         vectors = self.views[:3].reshape(3, -1).T.astype(np.float64)
         zenith, azimuth = angles_of(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
-        directions = Directions(np.full(len(zenith), theta_i), self.phi_i, zenith, azimuth + self.phi_i)
+        directions = Directions(
+            np.full(len(zenith), theta_i), np.full(1, self.phi_i), zenith, azimuth + self.phi_i
+        )
         self._features = features_in_parts(self.model, directions, self.precision)
         self.theta_i = theta_i
 

@@ -90,7 +90,7 @@ class Subject:
         turn = self.phi_i if self.anisotropic else 0.0
         return Directions(
             np.asarray(theta_i, np.float64),
-            np.float64(turn),
+            np.full(1, turn),
             np.asarray(theta_r, np.float64),
             np.asarray(phi, np.float64) + turn,
         )
