@@ -56,9 +56,6 @@ class OptimizerOptions:
     scan: Annotated[
         list[Path], Parameter(help="optimizers: a scan of your own, too", negative_iterable="")
     ] = field(default_factory=list)
-    model: Annotated[
-        str, Parameter(help="fit, optimizers with --scan: name of the model, or a sum such as ggx+minnaert")
-    ] = DEFAULT_MODEL
     fix: Annotated[
         list[str],
         Parameter(help="optimizers with --scan: name=value of what is not fitted", negative_iterable=""),
@@ -66,7 +63,7 @@ class OptimizerOptions:
     optimizers: Annotated[
         str | None, Parameter(help=f"optimizers: of others ({NAMES}), and methods of clbrdf fit")
     ] = None
-    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each; 15 if not given")] = None
+    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each, 15; choice: scans, 20")] = None
     evaluations: Annotated[int | None, Parameter(help="optimizers: budget of a run; 4000")] = None
     wavelengths: Annotated[int | None, Parameter(help="optimizers: of each problem; 1, and 0 for all")] = None
     objective: Annotated[
@@ -103,7 +100,11 @@ def bench_references() -> dict[str, Any]:
 
 
 def bench_optimizers(
-    options: OptimizerOptions, device: Device, png: Path | None, overwrite: bool
+    options: OptimizerOptions,
+    device: Device,
+    png: Path | None,
+    overwrite: bool,
+    model: str = DEFAULT_MODEL,
 ) -> dict[str, Any]:
     """Compare optimizers; print tables and a paragraph, draw the figure, return all numbers."""
     size = {**(FULL if options.full else QUICK)}
@@ -122,7 +123,7 @@ def bench_optimizers(
         evaluations=size["evaluations"],
         objective=options.objective,
     )
-    tasks = _tasks(options, size["wavelengths"])
+    tasks = _tasks(options, size["wavelengths"], model)
     if options.optimizers is None:
         able = able_methods(tasks, rules.methods)
         rules = replace(rules, methods=distinct_methods(tasks, device, able))
@@ -164,7 +165,7 @@ def _names(text: str | None, option: str, known: Sequence[str]) -> tuple[str, ..
     return names
 
 
-def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
+def _tasks(options: OptimizerOptions, wavelengths: int, model: str) -> list[Task]:
     """Return problems of the set and scans of the user's, with their references."""
     known = tuple(problem.name for problem in problem_set())
     chosen = () if options.problems == "none" else _names(options.problems, "--problems", known)
@@ -175,9 +176,9 @@ def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
         some = replace(problem, scan=problem.scan.columns(places))
         tasks.append(Task(some, reference[places]))
     scans: list[BenchProblem] = []
-    if not options.scan and (options.model != DEFAULT_MODEL or options.fix):
+    if not options.scan and (model != DEFAULT_MODEL or options.fix):
         raise InputError("--model and --fix are of scans of your own here; add --scan FILE")
-    fixed = get_model(options.model).by_full_name(parameter_map(options.fix, "--fix"))
+    fixed = get_model(model).by_full_name(parameter_map(options.fix, "--fix"))
     for path in options.scan:
         if any(scan.name == f"{path.stem} (scan)" for scan in scans):
             raise InputError(f"{path}: another scan of this command is called {path.stem}, too; rename one")
@@ -187,7 +188,7 @@ def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
             raise InputError(f"{path}: nothing to fit: all values are masked")
         name = f"{path.stem} (scan)"
         some = scan.columns(_spread(usable, wavelengths))
-        scans.append(BenchProblem(name, "a scan of yours", some, options.model, fixed))
+        scans.append(BenchProblem(name, "a scan of yours", some, model, fixed))
     if scans:
         with progress_bar("reference optima of your scans") as report:
             found = find_references(scans, effort=SCAN_EFFORT, processes=usable_cores(), report=report)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from clbrdf.choose import Choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite
 from clbrdf.device import choose_device
@@ -27,11 +28,12 @@ def command(
     Parameters
     ----------
     fit
-        fit file
+        fit file; of one that 'clbrdf choose' wrote, the page begins with the ranking of the models
     """
     from clbrdf.viz.report import write_report
 
-    result = Fit.open(fit)
+    choice = Choice.open(fit) if Choice.is_in(fit) else None
+    result = Fit.open(fit) if choice is None else choice.fit
     if result.scan.bands:
         names = ", ".join(result.scan.bands)
         raise InputError(
@@ -40,7 +42,7 @@ def command(
         )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
-        files, missing = write_report(result, output, overwrite, chosen, report)
+        files, missing = write_report(result, output, overwrite, chosen, report, choice)
     told = stderr_console()
     for file in files:
         told.print(f"wrote {file}", soft_wrap=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -157,11 +158,18 @@ class Fit:
         InputError
             The file exists and `overwrite` is False, or it cannot be written.
         """
+        with self.creating(path, overwrite):
+            pass
+
+    @contextmanager
+    def creating(self, path: str | Path, overwrite: bool = False) -> Iterator[h5py.Group]:
+        """Write the fit as `save` does; more can be written into its entry while the block runs."""
         title = f"{self.model.title}, fitted to {self.scan.sample or 'a sample'}"
         with hdf5.create_file(path, "fit", title, overwrite) as file:
             entry = file["entry"]
             self.scan.write(entry)
             _write(self, hdf5.group(entry, "fit", "NXprocess"))
+            yield entry
 
     @classmethod
     def open(cls, path: str | Path) -> Fit:
