@@ -38,7 +38,7 @@ APART = 1.0 / 12.0
 MOST_DIRECTIONS = 256
 """That the look-up sums over; the polish takes all."""
 
-FEW = 4
+FEW = 3
 """Nonlinear parameters up to which the settings hold as they are. For each further one, up to MOST_DOUBLINGS,
 there are twice as many shapes: in coarser sets the lowest basin may have no point (Hapke's model). There are
 twice as many starts, too, and all of them are asked: the eight lowest may agree on a higher end."""
