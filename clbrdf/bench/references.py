@@ -104,7 +104,7 @@ def find_references(
 
 def complete(problem: Problem, wavelength: int, free: Array) -> Array:
     """Return all coordinates (P,) of those that are free."""
-    out = problem.lower[wavelength].copy()
+    out: Array = problem.lower[wavelength].copy()
     out[list(problem.free)] = free
     return out
 

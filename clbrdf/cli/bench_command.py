@@ -41,10 +41,7 @@ def command(
     *,
     model: Annotated[
         str | None,
-        Parameter(
-            help="throughput, fit: a model or several (a,b+c), or all, beside C or least squares;"
-            " optimizers: the model of your --scan"
-        ),
+        Parameter(help="throughput, fit: a model, several (a,b+c) or all; optimizers: that of --scan"),
     ] = None,
     device: DeviceName = None,
     json: JsonFile = None,
@@ -78,13 +75,13 @@ def command(
     elif what != "optimizers":
         check_unused(options, what)
     if model is not None and what not in ("throughput", "fit", "optimizers"):
-        raise InputError(
-            f"--model: bench {what} does not take it; bench throughput, bench fit and bench optimizers do"
-        )
+        raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
-    if model is not None and what != "optimizers":
-        bench = bench_models_throughput if what == "throughput" else bench_models_fit
-        content = bench(listed_models(model), chosen)
+    names = listed_models(model) if model is not None and what != "optimizers" else ()
+    if what == "throughput" and names:
+        content = bench_models_throughput(names, chosen)
+    elif what == "fit" and len(names) > 1:
+        content = bench_models_fit(names, chosen)
     elif what == "throughput":
         content = _throughput(chosen)
     elif what == "accuracy":
@@ -96,7 +93,7 @@ def command(
     elif what == "grids":
         content = bench_grids(chosen)
     elif what == "fit":
-        content = bench_fit(chosen, full=bool(options and options.full))
+        content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
     elif what == "choice":
         content = bench_choice(chosen, options.seeds if options else None)
     else:

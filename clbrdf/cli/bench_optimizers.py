@@ -100,11 +100,7 @@ def bench_references() -> dict[str, Any]:
 
 
 def bench_optimizers(
-    options: OptimizerOptions,
-    device: Device,
-    png: Path | None,
-    overwrite: bool,
-    model: str = DEFAULT_MODEL,
+    options: OptimizerOptions, device: Device, png: Path | None, overwrite: bool, model: str = DEFAULT_MODEL
 ) -> dict[str, Any]:
     """Compare optimizers; print tables and a paragraph, draw the figure, return all numbers."""
     size = {**(FULL if options.full else QUICK)}
@@ -187,8 +183,8 @@ def _tasks(options: OptimizerOptions, wavelengths: int, model: str) -> list[Task
         if len(usable) == 0:
             raise InputError(f"{path}: nothing to fit: all values are masked")
         name = f"{path.stem} (scan)"
-        some = scan.columns(_spread(usable, wavelengths))
-        scans.append(BenchProblem(name, "a scan of yours", some, model, fixed))
+        part = scan.columns(_spread(usable, wavelengths))
+        scans.append(BenchProblem(name, "a scan of yours", part, model, fixed))
     if scans:
         with progress_bar("reference optima of your scans") as report:
             found = find_references(scans, effort=SCAN_EFFORT, processes=usable_cores(), report=report)

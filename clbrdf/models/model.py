@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.models.formula import Formula
 from clbrdf.models.page import Example, Flags, Kind, Term
 from clbrdf.models.parameter import Parameter
 from clbrdf.models.structure import Structure
@@ -51,6 +52,8 @@ class Model:
         (P,), θi, φi, θr, φr in degrees -> mpmath number in the working precision, slow.
     kernel : callable
         () -> text of its OpenCL functions (see kernels/models).
+    formula : Formula
+        The value as it is recorded from the page, whatever is tuned by hand.
     kind, flags, terms, examples
         As of the page; those of a sum follow from its parts, whose names are terms of it.
     derived : callable or None
@@ -78,6 +81,7 @@ class Model:
     jacobian: Callable[[Array, Array], Array]
     reference: Callable[..., Any]
     kernel: Callable[[], str]
+    formula: Formula
     kind: Kind = "whole"
     flags: Flags = Flags.NONE
     terms: tuple[Term, ...] = ()

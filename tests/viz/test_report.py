@@ -76,11 +76,10 @@ def test_the_table_holds_the_parameters(pictures):
     assert float(rows[0]["sigma_r_45deg_percent"]) == pytest.approx(6.0)
 
 
-def test_the_demo_leaves_a_page_that_turns(pictures):
-    pytest.importorskip("trame_vtk", reason="trame-vtk is not installed (extra 'web')")
+def test_the_demo_leaves_a_page_that_computes(pictures):
     _, _, files, missing = pictures
     assert missing == []
-    assert files[-1].name == "lobe.html"
+    assert files[-1].name == "brdf.html"
     assert files[-1].is_file()
 
 
@@ -105,7 +104,10 @@ def test_unknown_uncertainties_are_marked(foil):
 
 
 def test_warnings(foil, small_scan):
-    assert warning_lines(foil.fit) == []
+    plane = "measured in the plane of incidence only: beside it the model is not held by any point"
+    assert warning_lines(foil.fit) == [plane]
+    poor = replace(foil.fit, relative_rms=np.full(3, 0.26))
+    assert "the model misses the data by 26 %" in warning_lines(poor)[0]
     fit = fit_of(all_masked(small_scan, 1), FOIL)
     status = np.array(["ambiguous", "no data", "converged"])
     fit = replace(fit, status=status, not_finite=np.array([3, 0, 4]), evaluations=np.array([50, 0, 50]))
@@ -147,7 +149,7 @@ def test_without_graphics_the_report_says_so_and_goes_on(no_gl, foil, tmp_path, 
     files, lines = demo_pictures(foil.fit, tmp_path)
     assert len(lines) == 1
     assert lines[0].startswith("no lobes: no OpenGL library works here")
-    assert [f.name for f in files] == ["report.html", "parameters.csv"]
+    assert [f.name for f in files] == ["report.html", "parameters.csv", "brdf.html"]
     assert "Not drawn: no OpenGL" in files[0].read_text(encoding="utf-8")
 
 
