@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from clbrdf.choose import Choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite
 from clbrdf.device import choose_device
@@ -34,7 +35,8 @@ def command(
     Parameters
     ----------
     files
-        fit file; for a page that computes also several, and scans
+        fit file; of one that 'clbrdf choose' wrote, the report in a folder begins with the ranking of the
+        models; for a page that computes also several, and scans
     """
     if output.suffix.casefold() in PAGE_ENDINGS and not output.is_dir():
         write_page(files, output, overwrite)
@@ -43,7 +45,8 @@ def command(
         raise InputError(f"a folder takes the report of one fit, not of {len(files)}; or write -o FILE.html")
     from clbrdf.viz.report import write_report
 
-    result = Fit.open(files[0])
+    choice = Choice.open(files[0]) if Choice.is_in(files[0]) else None
+    result = Fit.open(files[0]) if choice is None else choice.fit
     if result.scan.bands:
         names = ", ".join(result.scan.bands)
         raise InputError(
@@ -52,7 +55,7 @@ def command(
         )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
-        written, missing = write_report(result, output, overwrite, chosen, report)
+        written, missing = write_report(result, output, overwrite, chosen, report, choice)
     told = stderr_console()
     for file in written:
         told.print(f"wrote {file}", soft_wrap=True)

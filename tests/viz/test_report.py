@@ -12,7 +12,7 @@ import pytest
 from clbrdf import InputError, Scan
 from clbrdf.viz import demo_pictures, graphics, report, write_report
 from clbrdf.viz.curves import measured_and_model, spectral_map
-from clbrdf.viz.report import _figure
+from clbrdf.viz.report_parts import figure as drawn_figure
 from clbrdf.viz.report_words import warning_lines
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 from tests.viz.conftest import FOIL, all_masked, fit_of
@@ -139,7 +139,7 @@ def test_poor_fits_still_give_a_report(gl, small_scan, case, tmp_path):
 def test_a_figure_that_cannot_be_drawn_says_why(small_scan):
     turned = replace(small_scan, phi_r=np.full(48, 90.0), theta_r=small_scan.theta_r + 5.0)
     for draw in (measured_and_model, spectral_map):
-        text = _figure(lambda draw=draw: draw(fit_of(turned, FOIL)), "svg", "")
+        text = drawn_figure(lambda draw=draw: draw(fit_of(turned, FOIL)), "svg", "")
         assert text.startswith("<p>Not drawn: ")
         assert "plane of incidence" in text
 
