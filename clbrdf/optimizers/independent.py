@@ -98,6 +98,7 @@ def _linear_solution(objective: NumpyObjective) -> Array:
     columns = columns * objective.scale[:, None]
     length = np.linalg.norm(columns, axis=0)
     length = np.where(length > 0.0, length, 1.0)
-    solution = lsq_linear(columns / length, rest, (limits[0] * length, limits[1] * length), tol=1e-15).x / length
+    scaled = limits[0] * length, limits[1] * length
+    solution = lsq_linear(columns / length, rest, scaled, tol=1e-15).x / length
     q = np.array([float(row.to_coordinate(value)) for row, value in zip(rows, solution, strict=True)])
     return np.asarray(np.clip(q, objective.lower, objective.upper))
