@@ -22,12 +22,7 @@ import numpy.typing as npt
 from clbrdf.progress import Report
 from clbrdf.rig.connection import nobody
 from clbrdf.rig.darks import Darks
-from clbrdf.rig.errors import (
-    InstrumentError,
-    LimitReachedError,
-    StalledError,
-    UnmendedError,
-)
+from clbrdf.rig.errors import InstrumentError, LimitReachedError, StalledError, UnmendedError
 from clbrdf.rig.eventlog import EventLog, now_text
 from clbrdf.rig.exposure import Exposer, Exposure, ladder
 from clbrdf.rig.instruments import Instruments

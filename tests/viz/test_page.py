@@ -354,6 +354,8 @@ def test_several_files_and_their_ratio(show, foil_page, hemisphere):
     )
     script = "const v = clbrdf.view(); return v.f(45, 0, 20, 90) / v.reference.of(45, 0, 20, 90)"
     assert browser.execute_script(script) == pytest.approx(expected, rel=1e-12)
+    browser.execute_script("clbrdf.act.subject(1)")
+    assert browser.execute_script("return clbrdf.state.ratio") == "mean"  # a file has no ratio to itself
     browser.execute_script("clbrdf.act.subject(2)")
     assert comes_true(lambda: browser.find_element("id", "name").text == "plaster")
     assert browser.execute_script("return clbrdf.state.scale") == "ratio"

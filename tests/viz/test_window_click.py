@@ -65,7 +65,7 @@ def test_a_click_of_the_mouse_tells_the_point(screen, foil_file):
     with subprocess.Popen(
         [sys.executable, "-c", WINDOW, str(foil_file)], stdout=subprocess.PIPE, text=True, env=env
     ) as process:
-        patience = threading.Timer(60.0, process.kill)  # a click that does not arrive says nothing
+        patience = threading.Timer(300.0, process.kill)  # a click that does not arrive says nothing
         patience.start()
         try:
             word, x, y = process.stdout.readline().split()

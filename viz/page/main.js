@@ -156,6 +156,7 @@ function makeActs(state, subjects, moving, still) {
       Object.assign(state, { subject: place, live: null, hold: null });
       state.column = nm === null ? 0 : nearestColumn(s(), nm);
       if (!s().azimuths.includes(state.phiI)) state.phiI = s().azimuths[0];
+      if (!ratioChoices(state, subjects).some(([key]) => key === state.ratio)) state.ratio = "mean";
       still();
     },
     column(place, direct = place) {
