@@ -33,6 +33,7 @@ MANY = 0.1
 """Share of flagged values from which a scan is called doubtful."""
 
 SHOWN = (
+    "target out of reach",
     "recovery",
     "point skipped",
     "lamp out of band",
@@ -132,11 +133,15 @@ def _print_outcome(output: Path, outcome: Outcome) -> None:
         ["lines in the log", f"{outcome.events}"],
     ]
     print_table(f"{output}: measured", ("quantity", "value"), rows)
+    if outcome.end:
+        print(f"the plan ended: {outcome.end}")
 
 
 def _verdict(outcome: Outcome) -> int:
     """Say loudly what makes a scan doubtful; 1 where something does."""
     complaints = [f"the direct beam was {text}" for text in outcome.changes]
+    if outcome.doubt:
+        complaints.append(f"the plan ended in doubt: {outcome.doubt}")
     worst = max(outcome.flagged.values(), default=0)
     if worst > MANY * outcome.values:
         names = ", ".join(f"{name} {count / outcome.values:.0%}" for name, count in outcome.flagged.items())
