@@ -8,6 +8,7 @@ exchanges cost what the rig file says.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.resources import as_file, files
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +25,7 @@ from clbrdf.rig.adaptive.planner import AdaptivePlanner
 from clbrdf.rig.adaptive.settings import Adaptive
 from clbrdf.rig.budget import Budget, PointSources, Source
 from clbrdf.rig.planfile import Plan
-from clbrdf.rig.rigfile import Rig
+from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import arrange, overhead, travel_times
 from clbrdf.rig.row import NO_ROW, POINT, Row
 from clbrdf.rig.stagesettings import AXES
@@ -196,7 +197,7 @@ def bench_plan(surface: Surface, target: float) -> Plan:
     """Return the plan: in plane, five incident angles, views every quarter of a degree."""
     return Plan(
         theta_i=(15.0, 30.0, 45.0, 60.0, 75.0),
-        theta_r={"start": 0, "stop": 80, "step": 0.25},  # type: ignore[arg-type]
+        theta_r={"start": 0, "stop": 80, "step": 0.25},
         adaptive=Adaptive(
             model=surface.fitted,
             parameters=(surface.wanted,),
@@ -290,6 +291,12 @@ def _z(surface: Surface, knowledge: Knowledge) -> float:
     column = knowledge.free.index(place)
     off = knowledge.vector[0, place] - surface.parameters[surface.wanted]
     return float(off / np.sqrt(knowledge.cov[0, column, column]))
+
+
+def sample_rig() -> Rig:
+    """Return the rig whose speeds and noise count: the sample rig file."""
+    with as_file(files("clbrdf.rig.samples").joinpath("rig.toml")) as path:
+        return load_rig(path)
 
 
 def measure_plans(rig: Rig, seeds: int, report: Report = silent) -> list[Run]:

@@ -21,6 +21,7 @@ from clbrdf.cli.bench_optimizers import (
     bench_references,
     check_unused,
 )
+from clbrdf.cli.bench_planner import bench_planner
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
@@ -34,7 +35,7 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references"],
+    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "planner"],
     /,
     *,
     model: Annotated[
@@ -57,7 +58,9 @@ def command(
         grids: model values on grids of directions × wavelengths, scenes in memory and to a file;
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
-        references: the reference optima of that set, searched again
+        references: the reference optima of that set, searched again;
+        planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
+        simulated light, some minutes
     """
     for output in (json, png):
         if output is not None:
@@ -85,6 +88,8 @@ def command(
         content = bench_grids(chosen)
     elif what == "fit":
         content = bench_fit(chosen, full=bool(options and options.full))
+    elif what == "planner":
+        content = bench_planner()
     else:
         content = bench_references()
     if json is not None:

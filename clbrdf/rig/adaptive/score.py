@@ -66,7 +66,7 @@ def reached(cov: Array, metric: Array, parts: int = 1) -> Array:
 
 
 def scores(jacobian: Array, sigma: Array, cov: Array, metric: Array | None) -> Array:
-    """Return what each of N directions adds, over all wavelengths: drop of tr(C M), relative, or of ln det C."""
+    """Return what each of N directions adds, summed: the relative drop of tr(C M), or that of ln det C."""
     moved = np.einsum("wnp,wpq->wnq", jacobian, cov)
     own = np.einsum("wnp,wnp->wn", moved, jacobian)
     if metric is None:

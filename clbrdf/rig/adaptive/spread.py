@@ -16,10 +16,11 @@ NARROWEST = 0.3
 def view_vectors(directions: Directions) -> Array:
     """View directions (N, 3) as unit vectors; the incident azimuth is 0."""
     across = sin_deg(directions.theta_r)
-    return np.stack(
+    vectors: Array = np.stack(
         [across * cos_deg(directions.phi), across * sin_deg(directions.phi), cos_deg(directions.theta_r)],
         axis=-1,
     )
+    return vectors
 
 
 def mirror_angles(directions: Directions) -> Array:
@@ -60,7 +61,7 @@ def apart(directions: Directions, place: int) -> Array:
     """How far (N,) directions are from one of them, degrees: the larger of incident and view angle."""
     vectors = view_vectors(directions)
     incident = np.abs(directions.theta_i - directions.theta_i[place])
-    return np.maximum(incident, _angles_between(vectors, vectors[place]))
+    return np.asarray(np.maximum(incident, _angles_between(vectors, vectors[place])))
 
 
 def uniform_start(directions: Directions, count: int) -> list[int]:
