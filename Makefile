@@ -55,7 +55,7 @@ clean:
 
 .venv/installed: pyproject.toml | .venv/bin/python
 	@mkdir -p build
-	$(BIN)/python -m pip install --editable '.[web]' >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
+	$(BIN)/python -m pip install --editable . >build/install.log 2>&1 || { tail -20 build/install.log; exit 1; }
 	touch $@
 
 .venv/installed-dev: pyproject.toml | .venv/bin/python

@@ -3,8 +3,9 @@
 The flat names here are the public interface; heavy libraries (OpenCL, HDF5, VTK) load when used.
 """
 
-# `fit` and `evaluate` are functions here and hide the modules of the same name; import from those with
-# `from clbrdf.fit.polish import …` (docs/decisions/0001).
+# `choose`, `fit` and `evaluate` are functions here and hide the modules of the same name; import from those
+# with `from clbrdf.fit.polish import …` (docs/decisions/0001).
+from clbrdf.choose import Choice, choose
 from clbrdf.errors import ClbrdfError, DeviceError, InputError
 from clbrdf.evaluate import evaluate
 from clbrdf.fit import Fit, fit
@@ -13,12 +14,14 @@ from clbrdf.scan import Scan
 from clbrdf.tolerance import choose_precision
 
 __all__ = [
+    "Choice",
     "ClbrdfError",
     "DeviceError",
     "Directions",
     "Fit",
     "InputError",
     "Scan",
+    "choose",
     "choose_precision",
     "evaluate",
     "fit",

@@ -34,7 +34,7 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
 
     An emulated rig measures yellow tin foil (Table 1 of the paper) over pseudo-terminals; the scan is fitted
     with its own uncertainties as weights, and a few wavelengths are checked by other optimizers. Where
-    OpenGL or the web extra is missing, the pictures that need it are left out, and a line says so.
+    OpenGL is missing, the pictures that need it are left out, and a line says so.
 
     Raises
     ------
@@ -69,5 +69,5 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
     save_figure(spectral_map(result), folder / "spectrum.png", overwrite)
     done("draw BRDF over wavelength and angle (Fig. 5)", "spectrum.png")
     files, missing = demo_pictures(result, folder, overwrite)
-    done("draw lobes, a page that turns, the report", ", ".join(file.name for file in files))
+    done("draw lobes, the page that computes, the report", ", ".join(file.name for file in files))
     return result, stages, missing

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, check_reflection
-from clbrdf.models import DEFAULT_MODEL, Model, get_model
+from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.precision import get_precision
 from clbrdf.tolerance import choose_precision
 from clbrdf.values import evaluate_directions
@@ -31,7 +31,9 @@ def evaluate(
     theta_r: npt.ArrayLike,
     phi: npt.ArrayLike,
     *,
-    model: str = DEFAULT_MODEL,
+    phi_i: npt.ArrayLike = 0.0,
+    wavelength: npt.ArrayLike | None = None,
+    model: str | Model | Page = DEFAULT_MODEL,
     precision: str | None = None,
     rtol: float | None = None,
     device: Device | None = None,
@@ -44,8 +46,13 @@ def evaluate(
         By name, in the units of the model's table; missing ones take the table's default.
     theta_i, theta_r, phi : float or (N,) array
         Degrees; zeniths in [0, 90), φ = φr − φi with 180 forward. Lengths broadcast.
-    model : str
-        Name of the model.
+    phi_i : float or (N,) array
+        Incident azimuth on the sample, degrees, for models of surfaces with a direction of their own; others
+        do not depend on it.
+    wavelength : float or (W,) array, optional
+        nm, for models that depend on the wavelength itself; others do not look at it.
+    model : str, Model or Page
+        A name, such as "ggx+minnaert" (`clbrdf.models.get_model`).
     precision : str
         Arithmetic of the work: "fast" (or "fast:3" to "fast:5", the degree of its exp2), "single",
         "double", each with the bound stated in clbrdf.precision; or "reference", the published equations
@@ -65,16 +72,17 @@ def evaluate(
     Raises
     ------
     InputError
-        Unknown model, parameter or precision, angles out of range, lengths that do not agree, both a
-        precision and a tolerance, a tolerance that cannot be kept.
+        Unknown model, parameter or precision, a parameter without a default that is not given, angles out of
+        range, lengths that do not agree, both a precision and a tolerance, a tolerance that cannot be kept.
     DeviceError
         No usable OpenCL device.
     """
     if rtol is not None and precision is not None:
         raise InputError("precision and rtol both choose the arithmetic; give one of them")
     chosen = get_model(model)
-    vector = chosen.vector(parameters)
-    directions = Directions.relative(theta_i, theta_r, phi)
+    vector = chosen.vector(with_wavelength(chosen, parameters, wavelength))
+    azimuth = np.asarray(phi_i, dtype=np.float64)
+    directions = Directions.relative(theta_i, theta_r, phi, azimuth)
     rows = np.atleast_2d(vector)
     if precision == REFERENCE:
         values = evaluate_reference(chosen, rows, directions)
@@ -84,9 +92,35 @@ def evaluate(
             arithmetic = get_precision(precision or "double")
         else:
             worth = rows.shape[0] * len(directions) >= WORTH_MEASURING
-            arithmetic = choose_precision(rtol, device=where, model=model, measure=worth).precision
+            arithmetic = choose_precision(rtol, device=where, model=chosen, measure=worth).precision
         values = evaluate_directions(chosen, rows, directions, arithmetic, where)
     return values[:, 0] if vector.ndim == 1 else values
+
+
+def with_wavelength(
+    model: Model, parameters: Mapping[str, npt.ArrayLike], wavelength: npt.ArrayLike | None
+) -> dict[str, npt.ArrayLike]:
+    """Return parameters by their full names, with the wavelength (nm) where a model depends on it.
+
+    Raises
+    ------
+    InputError
+        An unknown parameter, a wavelength that is not given and needed, not positive, or given twice.
+    """
+    named = model.by_full_name(parameters)
+    rows = [row.name for row in model.parameters if row.given == "wavelength"]
+    if wavelength is None:
+        if not all(name in named for name in rows):
+            raise InputError(f"model {model.name} depends on the wavelength itself; give wavelength in nm")
+        return named
+    nm = np.asarray(wavelength, dtype=np.float64)
+    if not (np.isfinite(nm) & (nm > 0.0)).all():
+        raise InputError(f"wavelength is {nm.flat[0]:g} nm; it has to be above 0")
+    for name in rows:
+        if name in named:
+            raise InputError(f"the wavelength is given twice, as wavelength and as parameter {name}")
+        named[name] = nm
+    return named
 
 
 def evaluate_reference(model: Model, parameters: Array, directions: Directions) -> Array:

@@ -72,10 +72,24 @@ class Directions:
             object.__setattr__(self, name, values)
 
     @classmethod
-    def relative(cls, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike) -> Directions:
-        """Return directions of which only φ = φr − φi is known or matters, degrees: φi is 0."""
-        check_finite("phi", np.atleast_1d(np.asarray(phi, dtype=np.float64)))
-        return cls(*(np.asarray(angle, dtype=np.float64) for angle in (theta_i, 0.0, theta_r, phi)))
+    def relative(
+        cls,
+        theta_i: npt.ArrayLike,
+        theta_r: npt.ArrayLike,
+        phi: npt.ArrayLike,
+        phi_i: npt.ArrayLike = 0.0,
+    ) -> Directions:
+        """Return directions by φ = φr − φi, degrees; where only that is known or matters, φi is 0."""
+        turn, start = (np.asarray(angle, dtype=np.float64) for angle in (phi, phi_i))
+        check_finite("phi", np.atleast_1d(turn))
+        check_finite("phi_i", np.atleast_1d(start))
+        try:
+            phi_r = start + turn
+        except ValueError as error:
+            raise InputError(
+                f"phi_i has {start.size} values and phi {turn.size}; give equal numbers, or one of them once"
+            ) from error
+        return cls(np.asarray(theta_i, np.float64), start, np.asarray(theta_r, np.float64), phi_r)
 
     @cached_property
     def phi(self) -> Array:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 MOST_COMPRESSION = 1100
 """Deflate makes of one byte at most 1032."""
 
+UNWRITTEN = 1 << 32
+"""Bytes that an array which was never written may claim."""
+
 LONGEST_TEXT = 1 << 24
 """Bytes of a string of fixed length."""
 
@@ -75,6 +78,26 @@ def check_group(item: Any) -> None:
     """Raise InputError where something else than a group stands."""
     if not hasattr(item, "keys"):
         raise InputError(f"{getattr(item, 'name', '/')} is no group; the file is damaged, make it again")
+
+
+def check_sizes(group: h5py.Group) -> None:
+    """Raise InputError where an array below a group claims more than the file can have stored of it."""
+
+    def look(name: str, item: Any) -> None:
+        del name
+        shape, dtype = getattr(item, "shape", None), getattr(item, "dtype", None)
+        if shape is None or dtype is None:
+            return
+        size = dtype.itemsize * int(np.prod([int(length) for length in shape], dtype=object))
+        stored = item.id.get_storage_size()
+        if size > max(MOST_COMPRESSION * stored, 0 if stored else UNWRITTEN):
+            raise InputError(
+                f"{item.name} claims {size} bytes, and the file stores {stored} of them;"
+                " it is damaged, make it again"
+            )
+
+    check_group(group)
+    group.visititems(look)
 
 
 def _checked(dataset: Any, item: Item, lengths: dict[str, int]) -> float | None:

@@ -11,7 +11,7 @@ from clbrdf.answers import keep_answer, read_answer
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
-from clbrdf.models import DEFAULT_MODEL, Model, get_model
+from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.precision import PRECISIONS, Precision
 from clbrdf.values import evaluate_directions
 
@@ -53,7 +53,11 @@ class Choice:
 
 
 def choose_precision(
-    rtol: float, *, device: Device | None = None, model: str = DEFAULT_MODEL, measure: bool = True
+    rtol: float,
+    *,
+    device: Device | None = None,
+    model: str | Model | Page = DEFAULT_MODEL,
+    measure: bool = True,
 ) -> Choice:
     """Return the cheapest precision that keeps a relative tolerance of model values.
 
@@ -62,7 +66,7 @@ def choose_precision(
     rtol : float
         Largest relative error wherever f > 1e-30, at least the bound of double precision.
     device : Device, optional
-    model : str
+    model : str, Model or Page
     measure : bool
         Measure the costs (a few seconds, once a device and model) where they are not known; else take the
         less exact for the cheaper.

@@ -1,6 +1,6 @@
 """Pictures: lobes in windows, files and browsers; curves, spectra and reports of a fit.
 
-The heavy libraries (VTK, trame, matplotlib) load when a picture is made.
+The heavy libraries (VTK, matplotlib) load when a picture is made.
 """
 
 from clbrdf.viz.demo import demo_pictures

@@ -71,7 +71,3 @@ def project(renderer: Any, points: npt.ArrayLike) -> Array:
     place = (clip[:, :2] / clip[:, 3:] + 1.0) / 2.0
     size, origin = np.array(renderer.GetSize()), np.array(renderer.GetOrigin())
     return np.asarray(origin + place * size)
-
-
-PAGE_VIEW = View(centre=(-0.1, 0.0, 0.5), room=1.15)
-"""For a page of unknown shape, with its own words above the lobe."""

@@ -188,11 +188,9 @@ class Control:
 
 def model_value(subject: Subject, column: int, theta_i: float, theta_r: float, phi: float) -> float:
     """Fitted BRDF in 1/sr of one direction, degrees."""
-    from clbrdf.geometry import Directions
-
     fit = subject.fit
     assert fit is not None
-    direction = Directions.relative(np.array([theta_i]), np.array([min(theta_r, 89.99)]), np.array([phi]))
+    direction = subject.directions([theta_i], [min(theta_r, 89.99)], [phi])
     return float(np.ravel(fit.model.brdf(fit.vector[column][None, :], fit.model.features(direction)))[0])
 
 

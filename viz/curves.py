@@ -115,7 +115,8 @@ def _cut(
     top.plot(zenith[used], scan.brdf[used, k], marker="o", label=scan.labels[k], **style)
     top.plot(zenith[left_out], scan.brdf[left_out, k], marker="x", **style)
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)
-    line = Directions.relative(np.full(1, angle), np.abs(fine), np.where(fine < 0.0, 0.0, 180.0))
+    phi_i = scan.phi_i[here[0]]
+    line = Directions(np.full(1, angle), phi_i, np.abs(fine), np.where(fine < 0.0, 0.0, 180.0) + phi_i)
     model = fit.model.brdf(fit.vector[k][None, :], fit.model.features(line))
     top.plot(fine, model, color=colour, linewidth=1.0)
     deviation = 100.0 * (values[used, k] / scan.brdf[used, k] - 1.0)

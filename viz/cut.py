@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.geometry import Directions
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.panel import Entry
@@ -123,7 +122,7 @@ class Cut:
 def plane_values(subject: Any, column: int, theta_i: float, signed_zenith: Array) -> Array:
     """Fitted BRDF, 1/sr, at signed view zeniths (K,) in the plane of incidence; all in degrees."""
     fit = subject.fit
-    directions = Directions.relative(
+    directions = subject.directions(
         np.array([theta_i]), np.abs(signed_zenith), np.where(signed_zenith < 0.0, 0.0, 180.0)
     )
     return np.asarray(fit.model.brdf(fit.vector[column][None, :], fit.model.features(directions))).reshape(-1)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from clbrdf.device import Device
-from clbrdf.errors import ClbrdfError
 from clbrdf.fit.result import Fit
 from clbrdf.progress import Report, silent
+from clbrdf.viz.page import PageSubject, save_page
 from clbrdf.viz.report import write_report
 
 
@@ -18,7 +18,7 @@ def demo_pictures(
     device: Device | None = None,
     report: Report = silent,
 ) -> tuple[list[Path], list[str]]:
-    """Write the report, the lobes and a page that turns into a folder; go on without what is missing here.
+    """Write report, lobes and the page that computes into a folder; go on without what is missing here.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def demo_pictures(
     Returns
     -------
     (list of Path, list of str)
-        The files, and a line for everything that could not be made: no OpenGL, no trame.
+        The files, and a line for everything that could not be made: no OpenGL.
 
     Raises
     ------
@@ -42,22 +42,6 @@ def demo_pictures(
         A file exists and `overwrite` is False, or the folder cannot be made.
     """
     files, missing = write_report(fit, folder, overwrite, device, report)
-    if missing:
-        return files, [f"no lobes: {missing}"]
-    from clbrdf.viz.html import save_html
-    from clbrdf.viz.panel import Entry
-    from clbrdf.viz.scene import Scene
-    from clbrdf.viz.style import Look
-    from clbrdf.viz.subject import Subject
-
-    subject = Subject(fit.scan.sample or "a sample", fit.scan, fit)
-    entry = Entry(subject, subject.default_wavelength(), subject.default_incident())
-    scene = Scene([entry], Look(radius="log"), words=False, flat_labels=True, device=device)
-    page = Path(folder) / "lobe.html"
-    try:
-        save_html(scene, page, overwrite)
-    except ClbrdfError as error:
-        return files, [f"no page that turns: {error}"]
-    finally:
-        scene.close()
-    return [*files, page], []
+    page = Path(folder) / "brdf.html"
+    save_page([PageSubject(fit.scan.sample or "a sample", fit.scan, fit)], page, overwrite)
+    return [*files, page], [f"no lobes: {missing}"] if missing else []

@@ -30,11 +30,15 @@ class MeshEvaluator(Protocol):
         """Set the incident zenith, degrees."""
 
     def values(self, parameters: Array) -> Single:
-        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+        """BRDF of one parameter set (P,) on what the mesh evaluates, 1/sr."""
 
 
 def mesh_evaluator(
-    model: Model, mesh: LobeMesh, device: Device | None = None, precision: Precision | None = None
+    model: Model,
+    mesh: LobeMesh,
+    device: Device | None = None,
+    precision: Precision | None = None,
+    phi_i: float = 0.0,
 ) -> MeshEvaluator:
     """Return the evaluator that suits a model.
 
@@ -46,20 +50,26 @@ def mesh_evaluator(
         The preferred one if not given.
     precision : Precision, optional
         Double where the device has it, at little cost here, else "fast:5".
+    phi_i : float
+        Incident azimuth, degrees, for models that tell azimuths apart; the mesh shows φ = φr − φi.
     """
     where = device or choose_device()
     chosen = precision or get_precision("double" if where.has_double else "fast:5")
-    kind = DeviceMesh if "geometry_of_direction" in model.kernel() else HostMesh
-    return kind(model, mesh, where, chosen)
+    if "geometry_of_direction" in model.kernel():
+        return DeviceMesh(model, mesh, where, chosen)
+    return HostMesh(model, mesh, where, chosen, phi_i)
 
 
 class HostMesh:
     """Evaluates any model: a new incident zenith forms its features on the host, in fp64."""
 
-    def __init__(self, model: Model, mesh: LobeMesh, device: Device, precision: Precision) -> None:
+    def __init__(
+        self, model: Model, mesh: LobeMesh, device: Device, precision: Precision, phi_i: float = 0.0
+    ) -> None:
         self.model, self.mesh, self.device, self.precision = model, mesh, device, precision
+        self.phi_i = phi_i
         self.theta_i = float("nan")
-        self.views: Single = np.empty((4, *mesh.half_shape), dtype=np.float32)
+        self.views: Single = np.empty((4, *mesh.shape), dtype=np.float32)
         self._features: Array = np.empty((0, 0))
 
     def move(self, theta_i: float) -> None:
@@ -75,17 +85,19 @@ class HostMesh:
         self.views = self.mesh.views(theta_i)
         vectors = self.views[:3].reshape(3, -1).T.astype(np.float64)
         zenith, azimuth = angles_of(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
-        directions = Directions.relative(np.full(len(zenith), theta_i), zenith, azimuth)
+        directions = Directions(
+            np.full(len(zenith), theta_i), np.full(1, self.phi_i), zenith, azimuth + self.phi_i
+        )
         self._features = features_in_parts(self.model, directions, self.precision)
         self.theta_i = theta_i
 
     def values(self, parameters: Array) -> Single:
-        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+        """BRDF of one parameter set (P,) on what the mesh evaluates, 1/sr."""
         launcher = Launcher(self.model, parameters[None], self.precision, self.device)
         out = np.empty((len(self._features), 1))
         launcher.finish(launcher.begin(self._features), out)
         with np.errstate(over="ignore"):  # too large to draw becomes infinite, and the picture says so
-            return out.reshape(self.mesh.half_shape).astype(np.float32)
+            return out.reshape(self.mesh.shape).astype(np.float32)
 
 
 class DeviceMesh:
@@ -103,7 +115,7 @@ class DeviceMesh:
         variant = Variant.on(self.device, "mesh", model, precision, ("direction",))
         self._dtype = precision.dtype
         self._kernel = cl.Kernel(build(self.device, variant), "mesh")
-        count = int(np.prod(mesh.half_shape))
+        count = int(np.prod(mesh.shape))
         self._groups = -(-count // variant.lanes.width)
         self._padded = self._groups * variant.lanes.width
         self._rows = np.full((4, self._padded), 0.5, dtype=self._dtype)
@@ -112,7 +124,7 @@ class DeviceMesh:
         self._views_buffer = cl.Buffer(context, cl.mem_flags.READ_ONLY, self._rows.nbytes)
         self._out_buffer = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, self._values.nbytes)
         self.theta_i = float("nan")
-        self.views: Single = np.empty((4, *mesh.half_shape), dtype=np.float32)
+        self.views: Single = np.empty((4, *mesh.shape), dtype=np.float32)
 
     def move(self, theta_i: float) -> None:
         """Set the incident zenith, degrees.
@@ -132,7 +144,7 @@ class DeviceMesh:
         self.theta_i = theta_i
 
     def values(self, parameters: Array) -> Single:
-        """BRDF of one parameter set (P,) on the evaluated half, (R + 1, S + 1), 1/sr."""
+        """BRDF of one parameter set (P,) on what the mesh evaluates, 1/sr."""
         import pyopencl as cl
 
         queue = open_queue(self.device)
@@ -149,6 +161,6 @@ class DeviceMesh:
             self._out_buffer,
         )
         cl.enqueue_copy(queue, self._values, self._out_buffer)
-        shape = self.mesh.half_shape
+        shape = self.mesh.shape
         with np.errstate(over="ignore"):  # too large to draw becomes infinite, and the picture says so
             return self._values[: shape[0] * shape[1]].reshape(shape).astype(np.float32)

@@ -1,8 +1,4 @@
-"""Words in a picture: on the screen in pixels, or as flat shapes for files that turn in a browser.
-
-Exported scenes hold geometry only, so there the labels are letters made of triangles that face the first
-camera position.
-"""
+"""Words in a picture, on the screen in pixels."""
 
 from __future__ import annotations
 
@@ -17,10 +13,6 @@ from clbrdf.viz.style import rgb
 
 FONT_FROM_FILE = 4
 """VTK_FONT_FILE of vtkTextProperty.h."""
-LETTER_LENGTH = 0.042
-PLAIN_LETTERS = {ord("°"): "", ord("θ"): "theta ", ord("φ"): "phi", ord("×"): "x", ord("–"): "-"}
-"""The outlines that VTK turns into triangles know ASCII only."""
-"""Height of flat letters where a lobe has length 1."""
 
 
 def screen_text(
@@ -67,14 +59,10 @@ class Lettering:
     renderer : vtkRenderer
     size : int
         Height of the letters, pixels.
-    facing : (3, 3) array or None
-        Right, up and towards the viewer: labels become flat shapes that face this way. None keeps them on
-        the screen.
     """
 
-    def __init__(self, renderer: Any, size: int, facing: npt.NDArray[np.float64] | None = None) -> None:
-        self.renderer, self.size, self.facing = renderer, size, facing
-        self._anchors: dict[Any, str] = {}
+    def __init__(self, renderer: Any, size: int) -> None:
+        self.renderer, self.size = renderer, size
 
     def add(self, text: str, position: npt.ArrayLike, colour: str = "#333333", anchor: str = "centre") -> Any:
         """Add a label at a position; return its actor.
@@ -82,10 +70,7 @@ class Lettering:
         `anchor` names the part of the label that lies there: "centre", "left" or "right" end, or the middle
         of the lower edge ("below").
         """
-        actor = (
-            self._screen(text, colour, anchor) if self.facing is None else self._shape(text, colour, anchor)
-        )
-        self._anchors[actor] = anchor
+        actor = self._screen(text, colour, anchor)
         self.move(actor, position)
         actor.SetPickable(False)
         self.renderer.AddActor(actor)
@@ -93,21 +78,11 @@ class Lettering:
 
     def write(self, actor: Any, text: str) -> None:
         """Change the words of a label of `add`."""
-        if self.facing is None:
-            actor.SetInput(text)
-        else:
-            actor.GetMapper().SetInputData(_letters(text, self._anchors[actor]))
+        actor.SetInput(text)
 
     def move(self, actor: Any, position: npt.ArrayLike) -> None:
         """Put a label of `add` elsewhere."""
-        where = np.asarray(position, dtype=float)
-        if self.facing is None:
-            actor.SetPosition(*where)
-            return
-        turn = actor.GetUserMatrix()
-        for row in range(3):
-            turn.SetElement(row, 3, float(where[row]))
-        actor.Modified()
+        actor.SetPosition(*np.asarray(position, dtype=float))
 
     def _screen(self, text: str, colour: str, anchor: str) -> Any:
         from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
@@ -124,37 +99,3 @@ class Lettering:
             anchor, shape.SetJustificationToCentered
         )()
         return actor
-
-    def _shape(self, text: str, colour: str, anchor: str) -> Any:
-        from vtkmodules.vtkCommonMath import vtkMatrix4x4
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-
-        assert self.facing is not None
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputData(_letters(text, anchor))
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        actor.GetProperty().SetColor(*rgb(colour))
-        actor.GetProperty().LightingOff()
-        turn = vtkMatrix4x4()
-        for column, axis in enumerate(self.facing):
-            for row in range(3):
-                turn.SetElement(row, column, float(axis[row]))
-        actor.SetUserMatrix(turn)
-        return actor
-
-
-def _letters(text: str, anchor: str) -> Any:
-    """Return a word as triangles, anchored at the origin."""
-    import pyvista as pv
-    from vtkmodules.vtkRenderingFreeType import vtkVectorText
-
-    letters = vtkVectorText()
-    letters.SetText(text.translate(PLAIN_LETTERS))
-    letters.Update()
-    flat = pv.wrap(letters.GetOutput())
-    left, right, low, high, _, _ = flat.bounds
-    across = {"left": left, "right": right}.get(anchor, (left + right) / 2.0)
-    flat.points -= np.array([across, low if anchor == "below" else (low + high) / 2.0, 0.0])
-    flat.points *= LETTER_LENGTH
-    return flat

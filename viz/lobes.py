@@ -79,15 +79,15 @@ class FittedLobe:
 
         assert subject.fit is not None
         self.subject, self.other, self.mesh = subject, other, mesh
-        self._evaluator = mesh_evaluator(subject.fit.model, mesh, device)
+        self._evaluator = mesh_evaluator(subject.fit.model, mesh, device, phi_i=subject.phi_i)
         self._second = None
         if other is not None and other.fit is not None:
-            self._second = mesh_evaluator(other.fit.model, mesh, device)
+            self._second = mesh_evaluator(other.fit.model, mesh, device, phi_i=subject.phi_i)
         grid = (mesh.rings + 1, 2 * mesh.sectors)
         self._points = np.zeros((*grid, 3), dtype=np.float32)
         self._normals = np.zeros((*grid, 3), dtype=np.float32)
         self._colours = np.zeros((*grid, 3), dtype=np.uint8)
-        self._values: Single = np.zeros(mesh.half_shape, dtype=np.float32)
+        self._values: Single = np.zeros(mesh.shape, dtype=np.float32)
         self._column = 0
         self.polydata = pv.PolyData()
         self.polydata.points = self._points.reshape(-1, 3)
@@ -108,17 +108,17 @@ class FittedLobe:
 
     @property
     def values(self) -> Single:
-        """Values on the evaluated half of the mesh."""
+        """Values on what the mesh evaluates."""
         return self._values
 
     @property
     def cos_r(self) -> Single:
-        """Cosines of the view zenith on the evaluated half of the mesh."""
+        """Cosines of the view zenith on what the mesh evaluates."""
         return np.asarray(self._evaluator.views[2])
 
     @property
     def vectors(self) -> Single:
-        """Unit vectors of the evaluated half of the mesh, (R + 1, S + 1, 3)."""
+        """Unit vectors of what the mesh evaluates, (*shape, 3)."""
         return np.moveaxis(self._evaluator.views[:3], 0, -1)
 
     def evaluate(self, column: int, theta_i: float) -> bool:
@@ -138,9 +138,9 @@ class FittedLobe:
         return True
 
     def spectra(self) -> npt.NDArray[np.float64]:
-        """Values of every fitted wavelength on the evaluated half, (R + 1, S + 1, W); 0 where unfitted."""
+        """Values of every fitted wavelength on what is evaluated, (*shape, W); 0 where unfitted."""
         rows = [self.subject.parameters(k) for k in range(len(self.subject.wavelength))]
-        nothing = np.zeros(self.mesh.half_shape, dtype=np.float32)
+        nothing = np.zeros(self.mesh.shape, dtype=np.float32)
         return np.stack(
             [nothing if row is None else self._evaluator.values(row) for row in rows], axis=-1
         ).astype(np.float64)
@@ -152,7 +152,7 @@ class FittedLobe:
         half = views[:3] * length
         for axis in range(3):
             whole(half[axis], self._points[..., axis], odd=axis == 1)
-        for axis, normal in enumerate(_grid_normals(half)):
+        for axis, normal in enumerate(_grid_normals(half, self.mesh.even)):
             whole(normal, self._normals[..., axis], odd=axis == 1)
         if paint is not None:
             self.set_colours(paint(self._values))
@@ -163,35 +163,39 @@ class FittedLobe:
         self.outline.Modified()
 
     def set_colours(self, colours: Colours) -> None:
-        """Set the colours of the evaluated half, (R + 1, S + 1, 3)."""
+        """Set the colours of what is evaluated, (*shape, 3)."""
         sectors = self.mesh.sectors
-        self._colours[:, : sectors + 1] = colours
-        self._colours[:, sectors + 1 :] = colours[:, sectors - 1 : 0 : -1]
+        if self.mesh.even:
+            self._colours[:, : sectors + 1] = colours
+            self._colours[:, sectors + 1 :] = colours[:, sectors - 1 : 0 : -1]
+        else:
+            self._colours[:] = colours
         self.polydata.GetPointData().GetScalars().Modified()
 
 
-def _grid_normals(half: Single) -> Single:
-    """Outward normals (3, R + 1, S + 1), not of unit length, of the evaluated half of a surface.
+def _grid_normals(half: Single, even: bool = True) -> Single:
+    """Outward normals (3, *shape) of what is evaluated of a surface.
 
-    Products of central differences along rings and sectors; across the plane of incidence the neighbours
-    are mirror images.
+    Products of central differences along rings and sectors. Of an even surface half is evaluated: across
+    the plane of incidence the neighbours are mirror images.
     """
     along = np.empty_like(half)
     along[:, 1:-1] = half[:, 2:] - half[:, :-2]
     along[:, -1] = half[:, -1] - half[:, -2]
     along[:, 0] = along[:, 1]
-    around = np.empty_like(half)
-    around[:, :, 1:-1] = half[:, :, 2:] - half[:, :, :-2]
-    around[:, :, [0, -1]] = 0.0
-    around[1, :, 0] = 2.0 * half[1, :, 1]
-    around[1, :, -1] = -2.0 * half[1, :, -2]
+    around = np.roll(half, -1, axis=2) - np.roll(half, 1, axis=2)
+    if even:
+        around[:, :, [0, -1]] = 0.0
+        around[1, :, 0] = 2.0 * half[1, :, 1]
+        around[1, :, -1] = -2.0 * half[1, :, -2]
     out = np.empty_like(half)
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.subtract(along[b] * around[c], along[c] * around[b], out=out[a])
     out /= np.sqrt((out * out).sum(axis=0)) + np.float32(1e-30)
-    # All sectors meet in the mirror direction; by symmetry the normal there lies in the plane of incidence.
+    # All sectors meet in the mirror direction; of an even surface the normal there lies in the plane of
+    # incidence.
     middle = out[:, 1].mean(axis=1)
-    out[:, 0] = np.array([middle[0], 0.0, middle[2]], dtype=np.float32)[:, None]
+    out[:, 0] = np.array([middle[0], 0.0 if even else middle[1], middle[2]], dtype=np.float32)[:, None]
     return out
 
 

@@ -6,8 +6,8 @@ lobe, growing geometrically outside, and the last ring on the limiting zenith, b
 is convex and every great circle from the mirror direction leaves it once. So a 0.1° lobe costs a few more
 rings, its tip is always a point of the mesh, and while a slider moves only points move: triangles stay.
 
-BRDF models here are even in φ. Only the half with sin φ ≤ 0 (y ≥ 0) is evaluated; the other half is its
-mirror image.
+Most BRDF models are even in φ. Of those only the half with sin φ ≤ 0 (y ≥ 0) is evaluated; the other half is
+its mirror image. A model that tells incident azimuths apart is evaluated all around.
 """
 
 from __future__ import annotations
@@ -38,13 +38,16 @@ class LobeMesh:
     limit : float
         Largest view zenith drawn, degrees, below 90.
     rings, sectors : int
-        R rings and S sectors in the half that is evaluated: (R + 1) · 2S points in all.
+        R rings and S sectors in half of the circle: (R + 1) · 2S points in all.
+    even : bool
+        Whether one half of the circle is the mirror image of the other.
     """
 
     width: float
     limit: float = 85.0
     rings: int = DEFAULT_RINGS
     sectors: int = DEFAULT_SECTORS
+    even: bool = True
 
     def __post_init__(self) -> None:
         if not 0.0 < self.limit < 90.0:
@@ -58,9 +61,12 @@ class LobeMesh:
         return (self.rings + 1) * 2 * self.sectors
 
     @property
-    def half_shape(self) -> tuple[int, int]:
-        """(R + 1, S + 1): rings and sectors that are evaluated; ring 0 is the mirror direction, repeated."""
-        return self.rings + 1, self.sectors + 1
+    def shape(self) -> tuple[int, int]:
+        """Rings and sectors that are evaluated; ring 0 is the mirror direction, repeated.
+
+        (R + 1, S + 1) of half a circle, whose ends both count; (R + 1, 2S) of all of it.
+        """
+        return self.rings + 1, self.sectors + 1 if self.even else 2 * self.sectors
 
     @cached_property
     def triangles(self) -> npt.NDArray[np.int64]:
@@ -82,11 +88,12 @@ class LobeMesh:
 
     @cached_property
     def _circle(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        psi = np.pi * np.arange(self.sectors + 1) / self.sectors
-        return np.cos(psi), np.where(np.arange(self.sectors + 1) % self.sectors == 0, 0.0, np.sin(psi))
+        k = np.arange(self.shape[1])
+        psi = np.pi * k / self.sectors
+        return np.cos(psi), np.where(k % self.sectors == 0, 0.0, np.sin(psi))
 
     def views(self, theta_i: float) -> Single:
-        """View vectors x, y, z and sin²γ of the evaluated half, (4, R + 1, S + 1), fp32.
+        """View vectors x, y, z and sin²γ of what is evaluated, (4, *shape), fp32.
 
         Computed in fp32 around the mirror direction: errors are relative to ρ, not to the zenith, so
         that lobes far narrower than 0.1° keep their shape.
@@ -113,7 +120,7 @@ class LobeMesh:
         sin_rho, cos_rho = 2.0 * sin_half * cos_half, 1.0 - 2.0 * sin2
         forward = sin_rho * cos_psi.astype(np.float32)
         cos_m, sin_m = np.float32(np.cos(mirror)), np.float32(np.sin(mirror))
-        out = np.empty((4, *self.half_shape), dtype=np.float32)
+        out = np.empty((4, *self.shape), dtype=np.float32)
         out[0] = cos_rho * sin_m + forward * cos_m
         out[1] = sin_rho * sin_psi.astype(np.float32)
         out[2] = np.maximum(cos_rho * cos_m - forward * sin_m, np.float32(1e-6))
@@ -122,7 +129,10 @@ class LobeMesh:
 
 
 def whole(half: Single, out: Single, odd: bool = False) -> None:
-    """Write values of the evaluated half (R + 1, S + 1) to the whole mesh (R + 1, 2S); y is odd."""
+    """Write values of the half (R + 1, S + 1), or of all, to the whole mesh (R + 1, 2S); y is odd."""
+    if half.shape == out.shape:
+        out[:] = half
+        return
     sectors = half.shape[1] - 1
     out[:, : sectors + 1] = half
     mirrored = half[:, sectors - 1 : 0 : -1]

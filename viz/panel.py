@@ -120,7 +120,11 @@ class Panel:
         self._outlined: list[int] = []
         self.marks: list[Marks] = []
         for k, entry in enumerate(self.entries):
-            own = mesh or LobeMesh(lobe_width(entry.subject, min(entry.theta_i, limit)), limit)
+            own = mesh or LobeMesh(
+                lobe_width(entry.subject, min(entry.theta_i, limit)),
+                limit,
+                even=not _anisotropic(entry),
+            )
             lobe = make_lobe(entry, own, device)
             self.lobes.append(lobe)
             self.actors.append(self._actor(lobe, k))
@@ -222,8 +226,9 @@ class Panel:
         columns = dict.fromkeys(e.subject.label(e.column) for e in self.entries)
         angles = dict.fromkeys(f"{e.theta_i:g}°" for e in self.entries)
         kind = "band" if entry.subject.scan.bands else "λ"
+        turned = f",  φi = {entry.subject.phi_i:g}°" if entry.subject.anisotropic else ""
         who = f"{entry.name}:  " if named and len(self.entries) == 1 else ""
-        lines = [f"{who}θi = {', '.join(angles)},  {kind} = {', '.join(columns)}"]
+        lines = [f"{who}θi = {', '.join(angles)}{turned},  {kind} = {', '.join(columns)}"]
         if len(self.entries) > 1:
             return lines[0]
         if self.there[0]:
@@ -235,3 +240,8 @@ class Panel:
             lines.append("nothing fitted or measured here")
         lines += [points_text(entry.subject, entry.theta_i, len(m.rows), m.masked) for m in self.marks]
         return "\n".join(lines)
+
+
+def _anisotropic(entry: Entry) -> bool:
+    """Whether a lobe has no mirror symmetry: its model, or what is subtracted, tells azimuths apart."""
+    return entry.subject.anisotropic or (entry.minus is not None and entry.minus.anisotropic)

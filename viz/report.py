@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Callable
 from html import escape
@@ -11,30 +10,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clbrdf.choose.result import Choice
 from clbrdf.device import Device
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.files import check_output, whole_file, whole_text
 from clbrdf.fit.result import Fit
 from clbrdf.progress import Report, silent
+from clbrdf.viz.choice_report import choice_sections
 from clbrdf.viz.curves import measured_and_model, spectral_map
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.report_parts import STYLE, cell, figure, image, pairs, section, table
 from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-STYLE = """
- body { font: 15px/1.5 system-ui, sans-serif; color: #111; max-width: 1100px;
-        margin: 2em auto; padding: 0 1em; }
- h1 { font-size: 24px; } h2 { font-size: 18px; margin-top: 2em; border-bottom: 1px solid #ccc; }
- img { max-width: 100%; height: auto; } figure { margin: 1em 0; } figcaption { color: #444; font-size: 14px; }
- table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
- td, th { padding: 2px 10px; text-align: right; border-bottom: 1px solid #e4e4e4; }
- th { border-bottom: 1px solid #888; } .words td, .words th { text-align: left; }
- .long { max-height: 420px; overflow: auto; } .warning { border-left: 4px solid #d55e00; padding-left: .8em; }
- @media print { .long { max-height: none; overflow: visible; } h2 { break-after: avoid; } }
-"""
 
 FILES = ("report.html", "parameters.csv", "lobes.png", "lobes_log.png")
 LOBE_PANELS = 4
@@ -46,6 +36,7 @@ def write_report(
     overwrite: bool = False,
     device: Device | None = None,
     report: Report = silent,
+    choice: Choice | None = None,
 ) -> tuple[list[Path], str]:
     """Write the page and its parts into a folder, which is made if it does not exist.
 
@@ -59,6 +50,8 @@ def write_report(
         Evaluates the lobes.
     report : callable
         Called with (steps done, steps in all).
+    choice : Choice, optional
+        That the fit came from: the page then begins with the ranking of the models.
 
     Returns
     -------
@@ -79,26 +72,26 @@ def write_report(
         check_output(target / name, overwrite)
     figures = _figures(fit)
     steps = len(figures) + 2
-    sections = []
+    sections = [] if choice is None else choice_sections(choice)
     for k, (title, caption, draw, kind) in enumerate(figures):
-        sections.append(_section(title, _figure(draw, kind, caption)))
+        sections.append(section(title, figure(draw, kind, caption)))
         report(k + 1, steps)
     pictures, missing = _lobes(fit, device)
     report(len(figures) + 1, steps)
     if missing:
-        sections.append(_section("Lobes", f'<p class="warning">Not drawn: {escape(missing)}</p>'))
+        sections.append(section("Lobes", f'<p class="warning">Not drawn: {escape(missing)}</p>'))
     else:
-        shown = [_image(data, "image/png", words) for data, words in pictures]
-        sections.append(_section("Lobes", "\n".join(shown)))
+        shown = [image(data, "image/png", words) for data, words in pictures]
+        sections.append(section("Lobes", "\n".join(shown)))
     names, rows = fit_table(fit)
-    sections.append(_section("Table of the fit", f'<div class="long">{_table(names, rows)}</div>'))
-    sections.append(_section("Provenance", _pairs(provenance_rows(fit))))
+    sections.append(section("Table of the fit", f'<div class="long">{table(names, rows)}</div>'))
+    sections.append(section("Provenance", pairs(provenance_rows(fit))))
     written = []
     for (data, _), name in zip(pictures, FILES[2:], strict=False):
         with whole_file(target / name, overwrite) as part:
             part.write_bytes(data)
         written.append(target / name)
-    lines = [",".join(names), *(",".join(_cell(v, 10) for v in row) for row in rows)]
+    lines = [",".join(names), *(",".join(cell(v, 10) for v in row) for row in rows)]
     csv = "\n".join(lines) + "\n"
     whole_text(target / "parameters.csv", csv, overwrite)
     whole_text(target / "report.html", _page(fit, sections), overwrite)
@@ -143,53 +136,13 @@ def _figures(fit: Fit) -> Figures:
 def _page(fit: Fit, sections: list[str]) -> str:
     name = escape(fit.scan.sample or "a sample")
     warnings = "".join(f'<p class="warning">{escape(line)}</p>' for line in warning_lines(fit))
-    head = _section("Warnings", warnings or "<p>None: every wavelength converged, nothing is masked.</p>")
+    head = section("Warnings", warnings or "<p>None: every wavelength converged, nothing is masked.</p>")
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}: BRDF fit</title>'
         f'<link rel="icon" href="data:,"><style>{STYLE}</style></head>\n<body><h1>{name}: BRDF fit</h1>\n'
-        + "\n".join([_pairs(summary_rows(fit)), head, *sections])
+        + "\n".join([pairs(summary_rows(fit)), head, *sections])
         + "\n</body></html>\n"
     )
-
-
-def _section(title: str, content: str) -> str:
-    return f"<h2>{escape(title)}</h2>\n{content}"
-
-
-def _pairs(rows: list[tuple[str, str]]) -> str:
-    lines = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows)
-    return f'<table class="words">{lines}</table>'
-
-
-def _cell(value: float | str, digits: int) -> str:
-    """Return a number in few characters, "" where it is not finite."""
-    if isinstance(value, str):
-        return value
-    return f"{value:.{digits}g}" if np.isfinite(value) else ""
-
-
-def _table(names: list[str], rows: list[list[float | str]]) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in names)
-    cells = ((escape(_cell(v, 5)) or "–" for v in row) for row in rows)
-    body = "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in cells)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _figure(draw: Callable[[], Figure], kind: str, caption: str) -> str:
-    try:
-        figure = draw()
-    except InputError as error:
-        return f"<p>Not drawn: {escape(str(error))}.</p>"
-    out = io.BytesIO()
-    figure.savefig(out, format=kind, dpi=130)
-    return _image(out.getvalue(), "image/svg+xml" if kind == "svg" else "image/png", caption)
-
-
-def _image(data: bytes, kind: str, caption: str) -> str:
-    text = base64.b64encode(data).decode("ascii")
-    words = escape(caption)
-    image = f'<img src="data:{kind};base64,{text}" alt="{words}">'
-    return f"<figure>{image}<figcaption>{words}</figcaption></figure>"
 
 
 def _lobes(fit: Fit, device: Device | None) -> tuple[list[tuple[bytes, str]], str]:

@@ -6,12 +6,17 @@ import numpy as np
 
 from clbrdf.fit.identifiability import by_remark
 from clbrdf.fit.result import Fit
+from clbrdf.scan import Scan
 
 Rows = list[tuple[str, str]]
 
 
 NOTABLE_REFUSALS = 0.01
 """Share of refused evaluations that is worth a word: a few in the corners of the limits are not."""
+
+
+NOTABLE_DEVIATION = 0.1
+"""σr of (14) from which it is a warning."""
 
 
 def summary_rows(fit: Fit) -> Rows:
@@ -22,11 +27,12 @@ def summary_rows(fit: Fit) -> Rows:
     sigma = 100.0 * fit.relative_rms[np.isfinite(fit.relative_rms)]
     angles = ", ".join(f"{a:g}" for a in scan.incident_angles)
     span = f"{w[0]:g} nm" if len(w) == 1 else f"{len(w)} from {w[0]:g} to {w[-1]:g} nm"
+    columns = ("bands", ", ".join(scan.bands)) if scan.bands else ("wavelengths", span)
     rows = [
         ("sample", scan.sample or "not named"),
         ("instrument", scan.instrument or "not named"),
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
-        ("wavelengths", span),
+        columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
         ("method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', 'not recorded')}"),
         ("device", fit.device),
@@ -48,16 +54,42 @@ def warning_lines(fit: Fit) -> list[str]:
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
     lines += [f"{remark}, at {_listed(nm)}" for remark, nm in by_remark(fit.remarks, fit.wavelength)]
-    for name, count in fit.scan.flag_counts().items():
-        share = 100.0 * count / fit.scan.brdf.size
-        lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")
+    sigma = fit.relative_rms[np.isfinite(fit.relative_rms)]
+    if sigma.size and np.median(sigma) > NOTABLE_DEVIATION:
+        lines.append(
+            f"the model misses the data by {100.0 * np.median(sigma):.3g} % (σr of (14), median over the"
+            " wavelengths); read its parameters with that in mind"
+        )
+    lines += _mask_lines(fit.scan)
     refused, spent = int(fit.not_finite.sum()), int(fit.evaluations.sum())
     if refused > NOTABLE_REFUSALS * spent:
         lines.append(f"{refused} of {spent} evaluations of the search were not finite and were refused")
     repeated = fit.scan.repeated_directions()
     if repeated:
         lines.append(f"{repeated} directions are repeats of earlier ones; all were fitted")
+    return lines + _plane_lines(fit.scan)
+
+
+def scan_warnings(scan: Scan) -> list[str]:
+    """Return what a reader of a scan has to know; empty if nothing."""
+    lines = _mask_lines(scan)
+    if scan.sigma is None:
+        lines.append("the scan has no uncertainties")
     return lines
+
+
+def _mask_lines(scan: Scan) -> list[str]:
+    lines = []
+    for name, count in scan.flag_counts().items():
+        share = 100.0 * count / scan.brdf.size
+        lines.append(f"{count} values ({share:.3g} %) are masked as {name.replace('_', ' ')}")
+    return lines
+
+
+def _plane_lines(scan: Scan) -> list[str]:
+    if len(scan) > 1 and np.isin(np.round(scan.phi, 6), (0.0, 180.0, 360.0)).all():
+        return ["measured in the plane of incidence only: beside it the model is not held by any point"]
+    return []
 
 
 def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:

@@ -12,7 +12,7 @@ import numpy as np
 from clbrdf.colour import check_spectrum, colour_weights
 from clbrdf.device import Device
 from clbrdf.errors import InputError
-from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, PAGE_VIEW, View
+from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
 from clbrdf.viz.colour import chromatic_rgb
 from clbrdf.viz.colour_bar import value_paint
 from clbrdf.viz.lettering import Lettering
@@ -39,8 +39,6 @@ NOTE_LENGTHS = (95, 108)
 NOTE_LENGTHS_MIXED = (135, 108)
 """Letters of the longest usual lines of `Scene.notes`; with measured and modelled surfaces."""
 WHOLE = (0.0, 0.0, 1.0, 1.0)
-PAGE_AREA = (0.0, 0.0, 0.92, 0.83)
-"""Of several panels on a page, below and beside the page's own words."""
 
 
 def panel_places(count: int, width: float, height: float) -> list[Place]:
@@ -72,8 +70,6 @@ class Scene:
         All lobes in one panel.
     words : bool
         Title, captions and key on the picture; a page that brings its own words leaves them out.
-    flat_labels : bool
-        Labels as shapes, for export to a browser.
     off_screen : bool
     area : (float, float, float, float)
         Left, bottom, right, top of the panels in the window; the rest is for words and controls.
@@ -101,7 +97,6 @@ class Scene:
         size: tuple[int, int] = (1200, 900),
         overlay: bool = False,
         words: bool = True,
-        flat_labels: bool = False,
         off_screen: bool = True,
         area: Place = (0.0, 0.0, 0.89, 0.89),
         mesh: LobeMesh | None = None,
@@ -127,8 +122,6 @@ class Scene:
         mixed = len({e.subject.fit is None for e in entries}) > 1
         height = words_height(size, self.letter, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS)
         self.area = (*area[:3], min(area[3], 1.0 - height)) if words else WHOLE
-        if flat_labels and len(groups) > 1:
-            self.area = PAGE_AREA
         left, bottom, right, top = self.area
         places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
         self.plotter = pv.Plotter(
@@ -139,12 +132,8 @@ class Scene:
         )
         self.plotter.render_window.SetMultiSamples(samples)
         self.ground: Any = None
-        if flat_labels:
-            # A browser finds the renderer under the mouse by its layer: panels only.
-            self.plotter.set_background("white")
-        else:
-            self._lay_background()
-        self.view = PAGE_VIEW if flat_labels else View()
+        self._lay_background()
+        self.view = View()
         self.panels: list[Panel] = []
         self._sizes: list[tuple[int, int]] = []
         self.corners: list[Corner] = []
@@ -158,7 +147,7 @@ class Scene:
             caption_height = CAPTION_LINES * letter / size[1] if words else 0.0
             renderer.viewport = (x0, y0, x1, y1 - caption_height)
             small = round((x1 - x0) * size[0]), round((y1 - y0 - caption_height) * size[1])
-            letters = Lettering(renderer, letter, self.view.axes if flat_labels else None)
+            letters = Lettering(renderer, letter)
             self.panels.append(Panel(renderer, group, look, self.limit, letters, mesh, device))
             self._sizes.append(small)
             self.view.apply(renderer.camera, *small)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
+from clbrdf.models import NEEDS_PHI
 from clbrdf.scan import Scan
 from clbrdf.viz.mesh import WIDEST
 
@@ -62,9 +64,36 @@ class Subject:
         vector = np.asarray(self.fit.vector[column])
         return vector if np.isfinite(vector).all() else None
 
+    @property
+    def anisotropic(self) -> bool:
+        """Whether the fitted model tells incident azimuths apart."""
+        return self.fit is not None and bool(self.fit.model.flags & NEEDS_PHI)
+
+    @cached_property
+    def phi_i(self) -> float:
+        """The incident azimuth with most directions, degrees: where an anisotropic model is shown."""
+        azimuths, counts = np.unique(self.scan.phi_i, return_counts=True)
+        return float(azimuths[counts.argmax()])
+
     def rows(self, theta_i: float) -> npt.NDArray[np.intp]:
-        """Places of the directions measured at an incident zenith, degrees."""
-        return np.flatnonzero(np.abs(self.scan.theta_i - theta_i) <= SAME_ANGLE)
+        """Places of the directions measured at an incident zenith, degrees.
+
+        Beside an anisotropic model, those at its incident azimuth only.
+        """
+        there = np.abs(self.scan.theta_i - theta_i) <= SAME_ANGLE
+        if self.anisotropic:
+            there &= self.scan.phi_i == self.phi_i
+        return np.flatnonzero(there)
+
+    def directions(self, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike) -> Directions:
+        """Return directions at the incident azimuth that is shown; all in degrees, φ = φr − φi."""
+        turn = self.phi_i if self.anisotropic else 0.0
+        return Directions(
+            np.asarray(theta_i, np.float64),
+            np.full(1, turn),
+            np.asarray(theta_r, np.float64),
+            np.asarray(phi, np.float64) + turn,
+        )
 
     def column(self, wavelength: float) -> int:
         """Place of the measured wavelength nearest to one in nm."""
@@ -178,7 +207,7 @@ def lobe_width(subject: Subject, theta_i: float) -> float:
         return float(WIDEST)
     rho = np.geomspace(1e-4, 60.0, 400)
     theta_r = theta_i - rho
-    directions = Directions.relative(
+    directions = subject.directions(
         np.array([theta_i]),
         np.append(np.abs(theta_r), theta_i),
         np.append(np.where(theta_r < 0, 0.0, 180.0), 180.0),

@@ -78,7 +78,9 @@ class Window:
             self.incident_slider = self._slider(span, control.theta_i, 0.33, self._incident)
         self._pressed = (0, 0)
         self.interactor.AddObserver("LeftButtonPressEvent", self._press, 1.0)
-        self.interactor.AddObserver("LeftButtonReleaseEvent", self._release, 1.0)
+        # The style takes the focus when a button goes down, and nobody else hears of its release; it says so
+        # itself, of a click as of a drag.
+        self.interactor.GetInteractorStyle().AddObserver("EndInteractionEvent", self._release)
         control.say(KEYS)
         self._say_values()
         # A click before the first picture would find sliders without a shape, and VTK would end.
@@ -148,9 +150,9 @@ class Window:
         del event
         self._pressed = interactor.GetEventPosition()
 
-    def _release(self, interactor: Any, event: str) -> None:
-        del event
-        x, y = interactor.GetEventPosition()
+    def _release(self, style: Any, event: str) -> None:
+        del style, event
+        x, y = self.interactor.GetEventPosition()
         if max(abs(x - self._pressed[0]), abs(y - self._pressed[1])) <= CLICK_REACH:
             self.control.pick(x, y)
 

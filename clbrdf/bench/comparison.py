@@ -17,8 +17,10 @@ from clbrdf.bench.problems import BenchProblem
 from clbrdf.bench.references import problem_of
 from clbrdf.device import Device
 from clbrdf.errors import InputError
-from clbrdf.fit import METHODS, fit
+from clbrdf.fit import METHODS, Fit, fit
+from clbrdf.fit.methods import get_method
 from clbrdf.fit.problem import Problem
+from clbrdf.models import get_model
 from clbrdf.optimizers import OPTIMIZERS, minimise
 from clbrdf.optimizers.device_objective import DeviceObjective
 from clbrdf.optimizers.gap import relative_gap, target_value
@@ -137,7 +139,7 @@ def run_optimizers(
         seeds = rules.seeds if OPTIMIZERS[name].random else 1
         for task in tasks:
             for w, reference in enumerate(task.reference):
-                one = problem_of(task.problem.scan.columns([w]))
+                one = problem_of(task.problem.scan.columns([w]), task.problem.model, task.problem.fix)
                 jobs += [
                     (name, one, task.problem.name, reference, seed, rules.evaluations, rules.objective)
                     for seed in range(seeds)
@@ -171,7 +173,7 @@ def run_methods(tasks: Sequence[Task], rules: Rules, device: Device, report: Rep
     runs, total, done = [], len(rules.methods) * len(tasks) * rules.seeds, 0
     for method in rules.methods:
         if tasks:
-            fit(tasks[0].problem.scan, method=method, device=device)  # compiles, and does not count
+            _fit(tasks[0].problem, method, device)  # compiles, and does not count
         for task in tasks:
             for seed in range(rules.seeds):
                 runs += fit_runs(task, method, seed, device)
@@ -182,7 +184,7 @@ def run_methods(tasks: Sequence[Task], rules: Rules, device: Device, report: Rep
 
 def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
     """Return what one fit of a problem comes to, a run for each wavelength."""
-    result = fit(task.problem.scan, method=method, seed=seed, device=device)
+    result = _fit(task.problem, method, device, seed)
     gaps = relative_gap(result.objective, task.reference)
     seconds = result.seconds / len(gaps)
     runs = []
@@ -204,13 +206,32 @@ def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
     return runs
 
 
+def _fit(problem: BenchProblem, method: str, device: Device, seed: int = 0) -> Fit:
+    return fit(
+        problem.scan, method=method, seed=seed, device=device, model=problem.model, fix=problem.fix or None
+    )
+
+
+def able_methods(tasks: Sequence[Task], methods: Sequence[str]) -> tuple[str, ...]:
+    """Return the methods that work for the models of all tasks."""
+    able = []
+    for name in methods:
+        try:
+            for task in tasks:
+                get_method(name, get_model(task.problem.model), None, tuple(task.problem.fix))
+        except InputError:
+            continue
+        able.append(name)
+    return tuple(able)
+
+
 def distinct_methods(
     tasks: Sequence[Task], device: Device, methods: Sequence[str] = METHODS
 ) -> tuple[str, ...]:
     """Return the methods without `auto` where that is one of the others on every problem."""
     if "auto" not in methods or len(methods) == 1:
         return tuple(methods)
-    taken = {fit(task.problem.scan, method="auto", device=device).method for task in tasks}
+    taken = {_fit(task.problem, "auto", device).method for task in tasks}
     if len(taken) == 1 and taken <= set(methods) - {"auto"}:
         return tuple(method for method in methods if method != "auto")
     return tuple(methods)

@@ -22,9 +22,10 @@ import numpy.typing as npt
 from clbrdf.bench.memory import peak_memory
 from clbrdf.device import Device
 from clbrdf.errors import DeviceError
+from clbrdf.fit import given_parameters
 from clbrdf.fit.problem import make_problem
 from clbrdf.geometry import Directions
-from clbrdf.models import get_model
+from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, SIGNED, Model, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.optimizers import minimise
 from clbrdf.optimizers.objective import NumpyObjective
@@ -32,6 +33,9 @@ from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
+
+CHUNK = 64
+"""Wavelengths whose values are formed at once."""
 
 NOISE = 0.02
 FOUND = 1e-6
@@ -54,7 +58,7 @@ BUDGETS = {
 DEFAULT_ANNEALING = "scipy dual_annealing, as called by default"
 
 
-def race_scan(incident: int, wavelengths: int, views: float = 1.0) -> Scan:
+def race_scan(incident: int, wavelengths: int, views: float = 1.0, model: str = DEFAULT_MODEL) -> Scan:
     """Return a noisy synthetic scan whose parameters change slowly with wavelength.
 
     Parameters
@@ -65,13 +69,31 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0) -> Scan:
         W, from 400 to 800 nm.
     views : float
         Factor on the number of view zeniths.
+    model : str
+        By its name.
     """
-    model, rng = get_model(), np.random.default_rng(2013)
+    chosen, rng = get_model(model), np.random.default_rng(2013)
     d = race_directions(incident, views)
+    # A surface with a direction of its own is turned as well.
+    phi_i = np.where(np.arange(len(d)) % 2, 0.0, 60.0) if chosen.flags & NEEDS_PHI else d.phi_i
     nm = np.linspace(400.0, 800.0, wavelengths)
-    empty = Scan(d.theta_i, d.phi_i, d.theta_r, d.phi_r, nm, np.ones((len(d), wavelengths)))
+    empty = Scan(d.theta_i, phi_i, d.theta_r, phi_i + d.phi, nm, np.ones((len(d), wavelengths)))
+    sets = foil_like(nm) if chosen.name == DEFAULT_MODEL else drifting(chosen, nm)
+    exact = np.empty(empty.brdf.shape)
+    x = chosen.features(empty.directions)
+    for first in range(0, wavelengths, CHUNK):
+        part = slice(first, first + CHUNK)
+        exact[:, part] = chosen.brdf(sets[part, None, :], x).T
+    noisy = exact * (1.0 + NOISE * rng.standard_normal(exact.shape))
+    if chosen.flags & SIGNED:  # values below zero are data where an uncertainty says so
+        return replace(empty, brdf=noisy, sigma=NOISE * np.abs(exact).max(axis=0) * np.ones(exact.shape))
+    return replace(empty, brdf=np.abs(noisy))
+
+
+def foil_like(nm: Array) -> Array:
+    """Parameters (W, P) of wang2013 that are about those of a tin foil."""
     turn = 2.0 * np.pi * (nm - 400.0) / 400.0
-    sets = model.vector(
+    return get_model().vector(
         {
             "a": 3.87 + 0.3 * np.sin(turn),
             "b": 0.5216 + 0.02 * np.cos(turn),
@@ -81,8 +103,37 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0) -> Scan:
             "kd": 1.3 + 0.4 * np.cos(turn),
         }
     )
-    exact = model.brdf(sets[:, None, :], model.features(empty.directions)).T
-    return replace(empty, brdf=np.abs(exact * (1.0 + NOISE * rng.standard_normal(exact.shape))))
+
+
+def drifting(model: Model, nm: Array) -> Array:
+    """Parameters (W, P) about the defaults of a table, apart from each other and away from limits.
+
+    Of equal parts the second has the wider shape.
+    """
+    turn = 2.0 * np.pi * (nm - 400.0) / 400.0
+    second = {place for parts in model.equal_parts for part in parts[1:] for place in part}
+    columns = []
+    for j, row in enumerate(model.parameters):
+        if row.given:
+            columns.append(nm if row.given == "wavelength" else np.full(len(nm), row.default))
+            continue
+        low, high = np.sort(row.to_coordinate(np.array(row.bounds)))
+        start = float(row.to_coordinate(row.default))
+        span = high - low
+        if j in second and not row.linear:
+            start += 0.25 * span
+        middle = np.clip(start, low + 0.1 * span, high - 0.1 * span)
+        if row.linear:
+            values = row.from_coordinate(start) * (0.8 + 0.15 * np.sin(turn + j))
+            columns.append(np.clip(values, *row.bounds))
+        else:
+            columns.append(row.from_coordinate(middle + 0.04 * span * np.sin(turn + j)))
+    return np.stack([np.asarray(column, dtype=np.float64) for column in columns], axis=1)
+
+
+def told(model: Model) -> dict[str, float]:
+    """Parameters that a fit has to be told, at their defaults."""
+    return {row.name: row.default for row in model.parameters if row.given == "user"}
 
 
 def race_directions(incident: int, views: float = 1.0) -> Directions:
@@ -140,7 +191,14 @@ class PeerRun:
     objective: Array
 
 
-def fit_in_child(method: str, incident: int, wavelengths: int, device: Device, views: float = 1.0) -> Run:
+def fit_in_child(
+    method: str,
+    incident: int,
+    wavelengths: int,
+    device: Device,
+    views: float = 1.0,
+    model: str = DEFAULT_MODEL,
+) -> Run:
     """Fit a race scan in a fresh process and tell time and memory.
 
     Raises
@@ -153,6 +211,7 @@ def fit_in_child(method: str, incident: int, wavelengths: int, device: Device, v
         "incident": incident,
         "wavelengths": wavelengths,
         "views": views,
+        "model": model,
         "device": device.name,
     }
     command = [
@@ -180,23 +239,26 @@ def child() -> None:
 
     task: dict[str, Any] = json.loads(sys.argv[1])
     device, method = choose_device(task["device"]), task["method"]
-    scan = race_scan(task["incident"], task["wavelengths"], task["views"])
-    fit(scan.columns(np.arange(min(4, task["wavelengths"]))), method=method, device=device)
+    model = get_model(task["model"])
+    scan = race_scan(task["incident"], task["wavelengths"], task["views"], task["model"])
+    few = scan.columns(np.arange(min(4, task["wavelengths"])))
+    fit(few, method=method, device=device, model=model, fix=told(model))
     start = time.perf_counter()
-    result = fit(scan, method=method, device=device)
+    result = fit(scan, method=method, device=device, model=model, fix=told(model))
     seconds = time.perf_counter() - start
     row = {"seconds": seconds, "peak": peak_memory(), "objective": result.objective.tolist()}
     print(json.dumps({**row, "directions": len(scan.theta_i)}))
 
 
-def race_peer(name: str, incident: int, wavelengths: int, budget: int, device: Device) -> PeerRun:
+def race_peer(
+    name: str, incident: int, wavelengths: int, budget: int, device: Device, model: str = DEFAULT_MODEL
+) -> PeerRun:
     """Let one peer fit some of the wavelengths of a race scan, evenly chosen, with one budget."""
-    model = get_model()
-    scan = race_scan(incident, wavelengths)
+    chosen = get_model(model)
     places = peer_places(wavelengths)
-    problem = make_problem(
-        scan.columns(places), weight_matrix(scan)[:, places], model, model.bounds(), device
-    )
+    scan = race_scan(incident, wavelengths, model=model).columns(places)
+    given = given_parameters(scan, chosen, told(chosen))
+    problem = make_problem(scan, weight_matrix(scan), chosen, chosen.bounds(), device, given)
     seconds, energy = [], []
     for k in range(len(places)):
         objective = NumpyObjective(problem, k)
@@ -242,12 +304,15 @@ class Plan:
     incident : tuple of int
     peers : mapping of str to tuple of int
         Budgets, in growing order; (0,) for the default annealing.
+    model : str
+        By its name.
     """
 
     sizes: tuple[int, ...] = (16, 64, 256, 1024, 2048)
     slow_sizes: tuple[int, ...] = (16, 64)
     incident: tuple[int, ...] = (3, 6)
     peers: tuple[tuple[str, tuple[int, ...]], ...] = (*BUDGETS.items(), (DEFAULT_ANNEALING, (0,)))
+    model: str = DEFAULT_MODEL
 
 
 VIEW_FACTORS = (0.5, 2.0)
@@ -256,12 +321,20 @@ VIEW_FACTORS = (0.5, 2.0)
 SLOW = ("tempering", "anneal-separable", "anneal")
 
 
+def able_chains(model: str) -> tuple[str, ...]:
+    """Return the methods that search by chains and work for a model."""
+    chosen = get_model(model)
+    some = any(not chosen.parameters[j].given for j in chosen.linear)
+    return tuple(method for method in SLOW if some or method != "anneal-separable")
+
+
 def run_race(plan: Plan, device: Device, report: Report = silent) -> tuple[list[Run], list[PeerRun]]:
     """Run everything of a plan; the fits of the largest size before, between and after the peers."""
     runs: list[Run] = []
     peers: list[PeerRun] = []
     largest, middle = max(plan.sizes), sorted(plan.sizes)[len(plan.sizes) // 2]
-    each = len(plan.sizes) + len(SLOW) * len(plan.slow_sizes) + 2 * len(plan.peers) + len(VIEW_FACTORS)
+    slow = able_chains(plan.model)
+    each = len(plan.sizes) + len(slow) * len(plan.slow_sizes) + 2 * len(plan.peers) + len(VIEW_FACTORS)
     total, done = len(plan.incident) * each, 0
 
     def step() -> None:
@@ -271,24 +344,24 @@ def run_race(plan: Plan, device: Device, report: Report = silent) -> tuple[list[
 
     for incident in plan.incident:
         for w in plan.sizes:
-            runs.append(fit_in_child("auto", incident, w, device))
+            runs.append(fit_in_child("auto", incident, w, device, model=plan.model))
             step()
         largest_fit = max(runs, key=lambda run: (run.incident == incident, run.wavelengths))
-        for method in SLOW:
+        for method in slow:
             for w in plan.slow_sizes:
-                runs.append(fit_in_child(method, incident, w, device))
+                runs.append(fit_in_child(method, incident, w, device, model=plan.model))
                 step()
         for name, budgets in plan.peers:
             for budget in budgets:
-                peers.append(race_peer(name, incident, largest, budget, device))
+                peers.append(race_peer(name, incident, largest, budget, device, plan.model))
                 lowest = largest_fit.objective[peer_places(largest)]
                 if found_share(peers[-1].objective, lowest) == 1.0:
                     break
             step()
-            runs.append(fit_in_child("auto", incident, largest, device))
+            runs.append(fit_in_child("auto", incident, largest, device, model=plan.model))
             step()
         for views in VIEW_FACTORS:
-            runs.append(fit_in_child("auto", incident, middle, device, views))
+            runs.append(fit_in_child("auto", incident, middle, device, views, plan.model))
             step()
     report(total, total)
     return runs, peers

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.models import get_model
+from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -60,11 +60,13 @@ class Recipe:
 
 @dataclass(frozen=True)
 class BenchProblem:
-    """A scan to fit, and what is hard about it."""
+    """A scan to fit, what is hard about it, and with what model: its name, and what is not fitted of it."""
 
     name: str
     hard: str
     scan: Scan
+    model: str = DEFAULT_MODEL
+    fix: Mapping[str, float] = field(default_factory=dict)
 
 
 FOIL = {"a": 3.87, "b": 0.62, "c": -300.0, "d": 0.74, "ks": 451.7958, "kd": 1.3034}

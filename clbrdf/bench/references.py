@@ -19,8 +19,9 @@ import numpy.typing as npt
 from clbrdf.bench.problems import BenchProblem
 from clbrdf.device import choose_device
 from clbrdf.errors import ClbrdfError, InputError
+from clbrdf.fit import given_parameters
 from clbrdf.fit.problem import Problem, make_problem
-from clbrdf.models import get_model
+from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
@@ -40,10 +41,11 @@ AGREE = 1e-9
 """Relative gap up to which the two runs agree: below the smallest target, 1e-8."""
 
 
-def problem_of(scan: Scan) -> Problem:
-    """Return what optimizers are given of a scan: default model and limits, weights of 1 as in the paper."""
-    model = get_model()
-    return make_problem(scan, weight_matrix(scan), model, model.bounds(), choose_device())
+def problem_of(scan: Scan, model: str = DEFAULT_MODEL, fix: Mapping[str, float] | None = None) -> Problem:
+    """Return what optimizers are given of a scan: the limits of the table, weights of 1 as in the paper."""
+    chosen = get_model(model)
+    given = given_parameters(scan, chosen, fix or {})
+    return make_problem(scan, weight_matrix(scan), chosen, chosen.bounds(), choose_device(), given)
 
 
 def fingerprint(scan: Scan) -> float:
@@ -65,7 +67,7 @@ def find_references(
     ClbrdfError
         The two runs do not agree: longer ones are needed.
     """
-    whole = [problem_of(problem.scan) for problem in problems]
+    whole = [problem_of(problem.scan, problem.model, problem.fix) for problem in problems]
     jobs = [(p, w, effort) for p in whole for w in range(p.size[0])]
     pairs = iter(run_jobs(_search, jobs, processes, report))
     kept = {}
@@ -80,12 +82,14 @@ def find_references(
                 f"{problem.name}, {problem.scan.wavelength[at]:g} nm: two searches of the reference end"
                 f" {apart[at]:.1e} apart; give them more evaluations"
             )
-        best = [min(pair, key=lambda f: f.objective) for pair in found]
+        best = [
+            complete(p, k, min(pair, key=lambda f: f.objective).coordinates) for k, pair in enumerate(found)
+        ]
         kept[problem.name] = {
             "wavelength": problem.scan.wavelength.tolist(),
             "fingerprint": fingerprint(problem.scan),
             "objective": lowest.tolist(),
-            "parameters": p.model.from_coordinates(np.array([f.coordinates for f in best])).tolist(),
+            "parameters": p.model.from_coordinates(np.array(best)).tolist(),
             "runs": [
                 {
                     "optimizer": found[0][k].optimizer,
@@ -96,6 +100,13 @@ def find_references(
             ],
         }
     return {"provenance": _provenance(effort), "problems": kept}
+
+
+def complete(problem: Problem, wavelength: int, free: Array) -> Array:
+    """Return all coordinates (P,) of those that are free."""
+    out: Array = problem.lower[wavelength].copy()
+    out[list(problem.free)] = free
+    return out
 
 
 def _search(job: tuple[Problem, int, float]) -> Any:

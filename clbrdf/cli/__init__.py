@@ -17,6 +17,8 @@ COMMANDS = {
     "formats": "list the formats that are read and written",
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
+    "choose": "compare models and say which describes a scan",
+    "models": "list the models, or show the page of one",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
     "export": "write a fit or a scan in other people's formats",

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
+from clbrdf.cli.bench_choice import bench_choice
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
 from clbrdf.cli.bench_models import bench_models_fit, bench_models_throughput, listed_models
@@ -27,6 +28,7 @@ from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart, check_output, whole_text
+from clbrdf.models import DEFAULT_MODEL
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.viz.curves import save_figure
@@ -35,12 +37,12 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "planner"],
+    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner"],
     /,
     *,
     model: Annotated[
         str | None,
-        Parameter(help="throughput, fit: a model or several (a,b+c), or all, beside C or least squares"),
+        Parameter(help="throughput, fit: a model, several (a,b+c) or all; optimizers: that of --scan"),
     ] = None,
     device: DeviceName = None,
     json: JsonFile = None,
@@ -59,8 +61,9 @@ def command(
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
         references: the reference optima of that set, searched again;
+        choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light, some minutes
+        simulated light; --seeds
     """
     for output in (json, png):
         if output is not None:
@@ -70,26 +73,34 @@ def command(
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
     if what == "fit" and options is not None:
         check_unused(replace(options, full=False), what)
+    elif what in ("choice", "planner") and options is not None:
+        check_unused(replace(options, seeds=None), what)
     elif what != "optimizers":
         check_unused(options, what)
-    if model is not None and what not in ("throughput", "fit"):
-        raise InputError(f"--model: bench {what} does not take it; bench throughput and bench fit do")
+    if model is not None and what not in ("throughput", "fit", "optimizers"):
+        raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
-    if model is not None:
-        bench = bench_models_throughput if what == "throughput" else bench_models_fit
-        content = bench(listed_models(model), chosen)
+    names = listed_models(model) if model is not None and what != "optimizers" else ()
+    if what == "throughput" and names:
+        content = bench_models_throughput(names, chosen)
+    elif what == "fit" and len(names) > 1:
+        content = bench_models_fit(names, chosen)
     elif what == "throughput":
         content = _throughput(chosen)
     elif what == "accuracy":
         content = _accuracy(chosen, png, overwrite)
     elif what == "optimizers":
-        content = bench_optimizers(options or OptimizerOptions(), chosen, png, overwrite)
+        content = bench_optimizers(
+            options or OptimizerOptions(), chosen, png, overwrite, model or DEFAULT_MODEL
+        )
     elif what == "grids":
         content = bench_grids(chosen)
     elif what == "fit":
-        content = bench_fit(chosen, full=bool(options and options.full))
+        content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
+    elif what == "choice":
+        content = bench_choice(chosen, options.seeds if options else None)
     elif what == "planner":
-        content = bench_planner()
+        content = bench_planner(options.seeds if options else None)
     else:
         content = bench_references()
     if json is not None:

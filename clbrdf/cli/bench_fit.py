@@ -23,19 +23,23 @@ from clbrdf.bench.fit_race import (
 )
 from clbrdf.cli.console import print_table, progress_bar, stdout_console
 from clbrdf.device import Device
+from clbrdf.models import DEFAULT_MODEL, get_model
 
 
-def bench_fit(device: Device, full: bool = False) -> dict[str, Any]:
+def bench_fit(device: Device, full: bool = False, model: str = DEFAULT_MODEL) -> dict[str, Any]:
     """Time fits and peers; print tables and the ratio, return all numbers.
 
     With `full`, chains too run at every size: some twenty minutes on two cores.
     """
+    get_model(model)
     chosen = Plan()
+    if model != DEFAULT_MODEL:
+        chosen = replace(chosen, model=model)
     if full:
         chosen = replace(chosen, slow_sizes=chosen.sizes)
     with progress_bar("fits and peers") as report:
         runs, peers = run_race(chosen, device, report)
-    print(f"{device}, {device.compute_units} units\n")
+    print(f"{chosen.model}; {device}, {device.compute_units} units\n")
     largest = max(chosen.sizes)
     for incident in chosen.incident:
         ours = [run for run in runs if run.incident == incident]
@@ -44,6 +48,7 @@ def bench_fit(device: Device, full: bool = False) -> dict[str, Any]:
         _print_ours(incident, ours, lowest, largest)
         _print_peers(incident, ours, others, lowest[peer_places(largest)], largest)
     return {
+        "model": chosen.model,
         "runs": [{**asdict(run), "objective": run.objective.tolist()} for run in runs],
         "peers": [
             {**asdict(p), "seconds": p.seconds.tolist(), "objective": p.objective.tolist()} for p in peers

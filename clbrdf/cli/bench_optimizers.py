@@ -15,6 +15,7 @@ from clbrdf.bench.comparison import (
     TARGETS,
     Rules,
     Task,
+    able_methods,
     distinct_methods,
     run_methods,
     run_optimizers,
@@ -22,13 +23,14 @@ from clbrdf.bench.comparison import (
 from clbrdf.bench.optimizers_figure import optimizers_figure
 from clbrdf.bench.problems import BenchProblem, problem_set
 from clbrdf.bench.profiles import Costs, costs_of, expected_running_time, success_rates
-from clbrdf.bench.references import LONG, find_references, reference_of
+from clbrdf.bench.references import LONG, find_references, problem_of, reference_of
 from clbrdf.bench.verdict import QUALITY, title, verdict
 from clbrdf.cli.console import number, print_table, progress_bar, stdout_console
+from clbrdf.cli.options import parameter_map
 from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
-from clbrdf.models import get_model
+from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.optimizers import OPTIMIZERS
 from clbrdf.optimizers.processes import usable_cores
 from clbrdf.scan import Scan
@@ -54,14 +56,18 @@ class OptimizerOptions:
     scan: Annotated[
         list[Path], Parameter(help="optimizers: a scan of your own, too", negative_iterable="")
     ] = field(default_factory=list)
+    fix: Annotated[
+        list[str],
+        Parameter(help="optimizers with --scan: name=value of what is not fitted", negative_iterable=""),
+    ] = field(default_factory=list)
     optimizers: Annotated[
         str | None, Parameter(help=f"optimizers: of others ({NAMES}), and methods of clbrdf fit")
     ] = None
-    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each; 15 if not given")] = None
+    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each, 15; choice: scans, 20")] = None
     evaluations: Annotated[int | None, Parameter(help="optimizers: budget of a run; 4000")] = None
     wavelengths: Annotated[int | None, Parameter(help="optimizers: of each problem; 1, and 0 for all")] = None
     objective: Annotated[
-        str, Parameter(help="optimizers: numpy, opencl, or separable (ks and kd solved inside)")
+        str, Parameter(help="optimizers: numpy, opencl, or separable (linear parameters solved inside)")
     ] = "numpy"
     full: Annotated[
         bool,
@@ -94,7 +100,7 @@ def bench_references() -> dict[str, Any]:
 
 
 def bench_optimizers(
-    options: OptimizerOptions, device: Device, png: Path | None, overwrite: bool
+    options: OptimizerOptions, device: Device, png: Path | None, overwrite: bool, model: str = DEFAULT_MODEL
 ) -> dict[str, Any]:
     """Compare optimizers; print tables and a paragraph, draw the figure, return all numbers."""
     size = {**(FULL if options.full else QUICK)}
@@ -113,9 +119,10 @@ def bench_optimizers(
         evaluations=size["evaluations"],
         objective=options.objective,
     )
-    tasks = _tasks(options, size["wavelengths"])
+    tasks = _tasks(options, size["wavelengths"], model)
     if options.optimizers is None:
-        rules = replace(rules, methods=distinct_methods(tasks, device))
+        able = able_methods(tasks, rules.methods)
+        rules = replace(rules, methods=distinct_methods(tasks, device, able))
     with progress_bar("optimizers") as report:
         runs = run_optimizers(tasks, rules, usable_cores(), report)
     with progress_bar("methods of clbrdf") as report:
@@ -139,7 +146,8 @@ def bench_optimizers(
         " at once cost less each."
     )
     if png is not None:
-        save_figure(optimizers_figure(table, len(get_model().parameters), said), png, overwrite)
+        counts = {problem_of(t.problem.scan, t.problem.model, t.problem.fix).free for t in tasks}
+        save_figure(optimizers_figure(table, max(len(free) for free in counts), said), png, overwrite)
     return _content(rules, tasks, table, words)
 
 
@@ -153,7 +161,7 @@ def _names(text: str | None, option: str, known: Sequence[str]) -> tuple[str, ..
     return names
 
 
-def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
+def _tasks(options: OptimizerOptions, wavelengths: int, model: str) -> list[Task]:
     """Return problems of the set and scans of the user's, with their references."""
     known = tuple(problem.name for problem in problem_set())
     chosen = () if options.problems == "none" else _names(options.problems, "--problems", known)
@@ -164,6 +172,9 @@ def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
         some = replace(problem, scan=problem.scan.columns(places))
         tasks.append(Task(some, reference[places]))
     scans: list[BenchProblem] = []
+    if not options.scan and (model != DEFAULT_MODEL or options.fix):
+        raise InputError("--model and --fix are of scans of your own here; add --scan FILE")
+    fixed = get_model(model).by_full_name(parameter_map(options.fix, "--fix"))
     for path in options.scan:
         if any(scan.name == f"{path.stem} (scan)" for scan in scans):
             raise InputError(f"{path}: another scan of this command is called {path.stem}, too; rename one")
@@ -172,7 +183,8 @@ def _tasks(options: OptimizerOptions, wavelengths: int) -> list[Task]:
         if len(usable) == 0:
             raise InputError(f"{path}: nothing to fit: all values are masked")
         name = f"{path.stem} (scan)"
-        scans.append(BenchProblem(name, "a scan of yours", scan.columns(_spread(usable, wavelengths))))
+        part = scan.columns(_spread(usable, wavelengths))
+        scans.append(BenchProblem(name, "a scan of yours", part, model, fixed))
     if scans:
         with progress_bar("reference optima of your scans") as report:
             found = find_references(scans, effort=SCAN_EFFORT, processes=usable_cores(), report=report)

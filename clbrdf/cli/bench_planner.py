@@ -14,10 +14,11 @@ SEEDS = 20
 """Repetitions of every plan, each with noise of its own."""
 
 
-def bench_planner() -> dict[str, Any]:
-    """Run the plans; print a table, return all numbers."""
+def bench_planner(seeds: int | None = None) -> dict[str, Any]:
+    """Run the plans with some seeds, 20 if not given; print a table, return all numbers."""
+    count = seeds or SEEDS
     with progress_bar("plans") as report:
-        runs = measure_plans(sample_rig(), SEEDS, report)
+        runs = measure_plans(sample_rig(), count, report)
     rows = [
         row
         for surface in SURFACES
@@ -26,7 +27,7 @@ def bench_planner() -> dict[str, Any]:
         if (row := _row([r for r in runs if (r.surface, r.target, r.way) == (surface.name, target, way)]))
     ]
     heads = ("surface", "plan", "target", "points", "seconds", "z", "rms z", "chi²")
-    print_table(f"Median and [5 %, 95 %] of {SEEDS} seeds, simulated light", heads, rows, left=2)
+    print_table(f"Median and [5 %, 95 %] of {count} seeds, simulated light", heads, rows, left=2)
     return {"planner": [asdict(run) for run in runs]}
 
 

@@ -12,9 +12,9 @@ from clbrdf.cli.console import print_table
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite, number_list, parameter_map
 from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.evaluate import WORTH_MEASURING, evaluate
+from clbrdf.evaluate import WORTH_MEASURING, evaluate, with_wavelength
 from clbrdf.files import whole_text
-from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, Model, get_model
 from clbrdf.tolerance import choose_precision
 
 MOST_TABLE_ROWS = 2000
@@ -26,8 +26,11 @@ def command(
     theta_i: str,
     theta_r: str,
     phi: str = "180",
+    phi_i: str = "0",
     param: Annotated[list[str], Parameter(consume_multiple=True, negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
+    wavelength: float | None = None,
     model: str = DEFAULT_MODEL,
+    force: Annotated[bool, Parameter(negative="")] = False,
     precision: str | None = None,
     rtol: float | None = None,
     grid: Annotated[bool, Parameter(negative="")] = False,
@@ -48,10 +51,16 @@ def command(
         view zenith, 0 to below 90
     phi
         azimuth of the view direction from the incident one; 180 is forward
+    phi_i
+        incident azimuth on the sample, for models of surfaces with a direction of their own
     param
         name=value, as often as needed; the others keep the model's defaults
+    wavelength
+        in nm, for models that depend on the wavelength itself
     model
-        name of the model
+        name of the model, or a sum such as ggx+minnaert; clbrdf models lists them
+    force
+        allow a sum of models that are whole surfaces each, such as hapke+rpv
     precision
         arithmetic of the work: fast (or fast:3 to fast:5), single, double (the default), reference
     rtol
@@ -59,26 +68,40 @@ def command(
     grid
         all combinations of the angles
     """
-    angles = [number_list(f"--{n}", t) for n, t in (("theta-i", theta_i), ("theta-r", theta_r), ("phi", phi))]
+    judged = get_model(model, force=force)
+    given = (("theta-i", theta_i), ("theta-r", theta_r), ("phi", phi), ("phi-i", phi_i))
+    angles = [number_list(f"--{name}", text) for name, text in given]
     if grid:
         angles = [a.ravel() for a in np.meshgrid(*angles, indexing="ij")]
     chosen, parameters = choose_device(device), parameter_map(param)
-    precision = _precision(precision, rtol, chosen, model, max(len(a) for a in angles))
-    values = evaluate(parameters, *angles, model=model, precision=precision, device=chosen)
-    table = np.broadcast_arrays(*angles, values)
-    names = ("theta_i", "theta_r", "phi", "brdf")
+    precision = _precision(precision, rtol, chosen, judged, max(len(a) for a in angles))
+    *directions, azimuth = angles
+    values = evaluate(
+        parameters,
+        *directions,
+        phi_i=azimuth,
+        wavelength=wavelength,
+        model=judged,
+        precision=precision,
+        device=chosen,
+    )
+    names, headings = ["theta_i", "theta_r", "phi"], ["θi (°)", "θr (°)", "φ (°)"]
+    columns = directions
+    if judged.flags & NEEDS_PHI:
+        columns, names, headings = [*columns, azimuth], [*names, "phi_i"], [*headings, "φi (°)"]
+    names, headings = [*names, "brdf"], [*headings, "BRDF (1/sr)"]
+    table = np.broadcast_arrays(*columns, values)
     if json is not None:
-        vector = get_model(model).vector(parameters)
+        vector = judged.vector(with_wavelength(judged, parameters, wavelength))
         content = {
-            "model": model,
-            "parameters": dict(zip(get_model(model).names, vector.tolist(), strict=True)),
+            "model": judged.name,
+            "parameters": dict(zip(judged.names, vector.tolist(), strict=True)),
             "precision": precision,
             "device": str(chosen),
             **{name: column.tolist() for name, column in zip(names, table, strict=True)},
         }
         whole_text(json, content, overwrite)
-    headings = ("θi (°)", "θr (°)", "φ (°)", "BRDF (1/sr)")
-    rows = ([f"{t:.10g}", f"{r:.10g}", f"{p:.10g}", f"{f:.7g}"] for t, r, p, f in zip(*table, strict=True))
+    rows = ([*(f"{angle:.10g}" for angle in at), f"{f:.7g}"] for *at, f in zip(*table, strict=True))
     if len(values) <= MOST_TABLE_ROWS:
         print_table("", headings, rows, left=0)
     else:
@@ -86,7 +109,7 @@ def command(
         sys.stdout.writelines("".join(f"{word:>14}" for word in row) + "\n" for row in rows)
 
 
-def _precision(precision: str | None, rtol: float | None, device: Device, model: str, values: int) -> str:
+def _precision(precision: str | None, rtol: float | None, device: Device, model: Model, values: int) -> str:
     """Return the precision asked for, or the one that a tolerance asks for, which is said."""
     if rtol is None:
         return precision or "double"

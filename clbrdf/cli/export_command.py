@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from clbrdf.cli.export_rgl import Colour, export_rgl
 from clbrdf.cli.export_table import Chosen, export_table
 from clbrdf.cli.options import Output, Overwrite, number_list
+from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError
 from clbrdf.files import check_apart
 from clbrdf.formats.registry import format_for_writing
@@ -54,7 +55,7 @@ def command(
     phi_i
         only this incident azimuth of a scan, degrees
     rgb
-        for rgl: three bands of linear sRGB in place of wavelengths
+        for rgl and merl: three bands of linear sRGB in place of wavelengths
     illuminant
         light that --rgb is for: D65 (the default), D50, A, E, FL2 or FL11
     false_colour
@@ -68,8 +69,11 @@ def command(
     )
     if kind.name == "rgl":
         export_rgl(file, output, read_tolerance(tolerance), chosen, colour, overwrite)
+    elif kind.name == "merl" and colour.false_colour is None:
+        light = (illuminant or DEFAULT_ILLUMINANT) if rgb or illuminant is not None else None
+        export_table(file, output, kind, read_tolerance(tolerance), chosen, overwrite, light)
     elif colour.asked:
-        raise InputError(f"{colour.asked} is for rgl files only, and this is to be {kind.name}; leave it out")
+        raise InputError(f"{colour.asked} is for rgl files, and this is to be {kind.name}; leave it out")
     else:
         export_table(file, output, kind, read_tolerance(tolerance), chosen, overwrite)
 

@@ -11,9 +11,11 @@ import numpy.typing as npt
 
 from clbrdf import hdf5
 from clbrdf.cli.console import print_table
+from clbrdf.colour import rgb_weights
 from clbrdf.errors import InputError
 from clbrdf.files import check_output, whole_file
 from clbrdf.fit.result import Fit
+from clbrdf.flags import FLAGS, for_other_reasons
 from clbrdf.formats.grow import FIRST, LARGEST_VIEW, LAST, Grown, grow
 from clbrdf.formats.merl import node_directions
 from clbrdf.formats.registry import Format
@@ -43,9 +45,17 @@ class Chosen:
 
 
 def export_table(
-    file: Path, output: Path, kind: Format, tolerance: float, chosen: Chosen, overwrite: bool
+    file: Path,
+    output: Path,
+    kind: Format,
+    tolerance: float,
+    chosen: Chosen,
+    overwrite: bool,
+    illuminant: str | None = None,
 ) -> None:
     """Write a scan or fit in a format of tables or grids, and print what was written and what was not.
+
+    With an `illuminant` the wavelengths become R, G and B of linear sRGB under it.
 
     Raises
     ------
@@ -66,6 +76,8 @@ def export_table(
     else:
         scan = part_of(Scan.open(file), chosen)
         rows.append(["values", "as measured"])
+    if illuminant is not None:
+        scan = in_rgb(scan, illuminant)
     with whole_file(target, overwrite) as part:
         try:
             kind.write(scan, part)
@@ -84,6 +96,27 @@ def export_table(
     if left_out:
         rows.append(["not kept", ", ".join(left_out)])
     print_table("", (target.name, ""), rows, left=2)
+
+
+def in_rgb(scan: Scan, illuminant: str) -> Scan:
+    """Return a scan in R, G and B of linear sRGB; what lies outside of it becomes 0.
+
+    Raises
+    ------
+    InputError
+        The scan has bands, or wavelengths that determine no colour; an unknown illuminant.
+    """
+    if scan.bands:
+        raise InputError(f"the scan has the bands {', '.join(scan.bands)} already; leave --rgb out")
+    weights = rgb_weights(scan.wavelength, illuminant)
+    assert scan.flags is not None
+    masked = np.asarray(for_other_reasons(scan.flags).any(axis=1), dtype=np.bool_)
+    values = np.maximum(np.where(masked.reshape(-1, 1), np.nan, scan.brdf @ weights.T), 0.0)
+    missing = np.repeat(masked.reshape(-1, 1), 3, axis=1).astype(np.uint32)  # bit 0: not measured
+    return replace(
+        scan, wavelength=np.full(3, np.nan), bands=("R", "G", "B"), brdf=values, sigma=None, flags=missing,
+        flag_names=FLAGS, bandpass=None,
+    )  # fmt: skip
 
 
 def part_of(scan: Scan, chosen: Chosen) -> Scan:
@@ -141,8 +174,10 @@ def not_kept(scan: Scan, name: str) -> list[str]:
     out = []
     if scan.sigma is not None and name not in ("columns", "bird"):
         out.append("uncertainties")
-    if scan.mask.any() and name != "columns":
-        out.append(f"why {int(scan.mask.sum())} values are masked")
+    assert scan.flags is not None
+    masked = int(for_other_reasons(scan.flags).sum())
+    if masked and name != "columns":
+        out.append(f"why {masked} values are masked")
     if {scan.source_polarisation, scan.detector_polarisation} != {"unknown"} and name != "bird":
         out.append("polarisation")
     for attribute, word in (("solid_angle", "solid angle of the receiver"), ("bandpass", "bandpass")):

@@ -11,15 +11,16 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, pair_map
+from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.device import choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output, whole_text
+from clbrdf.files import check_apart, check_output, sha256, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
-from clbrdf.models import DEFAULT_MODEL
+from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
@@ -35,6 +36,9 @@ def command(
     weights: str = WEIGHTS[0],
     bounds: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006 (cyclopts needs a list)
     model: str = DEFAULT_MODEL,
+    fix: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
+    shared: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
+    force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
     rtol: float | None = None,
     chains: int | None = None,
@@ -53,7 +57,7 @@ def command(
     scan
         scan file
     method
-        auto, dictionary, anneal-separable, tempering or anneal
+        auto, dictionary, lookup, anneal-separable, tempering or anneal
     seed
         of the random numbers; the same seed gives the same file, byte for byte
     weights
@@ -62,7 +66,15 @@ def command(
     bounds
         name=lower:upper in place of the model's limits, as often as needed
     model
-        name of the model
+        name of the model, or a sum such as ggx+minnaert; clbrdf models lists them
+    fix
+        name=value or name=FILE.csv (wavelength in nm, value) for a parameter that is not fitted, as often as
+        needed
+    shared
+        names of parameters that are one number for all wavelengths, such as ggx.alpha or, where only one part
+        of the model has it, alpha
+    force
+        allow a sum of models that are whole surfaces each, such as hapke+rpv
     smooth
         tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
         10 nm, for instance 0.01; off by default
@@ -81,13 +93,16 @@ def command(
     check_wavelengths
         how many of them, 8 if not given, or all; means --check
     """
-    check_apart([output, json], [scan])
+    fixed = fixed_map(fix)
+    spectra = [value for value in fixed.values() if isinstance(value, Path)]
+    check_apart([output, json], [scan, *spectra])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
         result = fit(
@@ -96,7 +111,12 @@ def command(
             seed=seed,
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
-            model=model,
+            model=chosen,
+            fix={
+                name: read_spectrum(value, measured.wavelength) if isinstance(value, Path) else value
+                for name, value in fixed.items()
+            },
+            shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
             settings=_settings(method, chains, levels),
@@ -104,8 +124,10 @@ def command(
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    options |= {"smooth": smooth, "rtol": rtol}
-    made = made_by("fit", [scan], options, {**result.provenance, "weights": weights})
+    fix = [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
+    options |= {"fix": fix or None, "shared": shared or None, "smooth": smooth, "rtol": rtol}
+    hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
     print_fit(str(target), result, all_rows)
@@ -144,6 +166,8 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "model": fit.model.name,
         "method": fit.method,
         "seed": fit.seed,
+        "given": list(fit.given),
+        "shared": list(fit.shared),
         "device": fit.device,
         "seconds": fit.seconds,
         "provenance": dict(fit.provenance),

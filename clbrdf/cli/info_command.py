@@ -8,7 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from clbrdf import hdf5
+from clbrdf.choose import Choice
 from clbrdf.cli.checks import print_fit_checks
+from clbrdf.cli.choice_table import print_choice
 from clbrdf.cli.console import print_table
 from clbrdf.cli.summary import print_fit, print_scan, print_scans
 from clbrdf.fit.result import Fit
@@ -25,6 +27,8 @@ def command(
     follow: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Show what is in a scan or fit file; of a fit also its reflectance, and whether it is reciprocal.
+
+    Of a fit that 'clbrdf choose' wrote, the ranking of the models comes first.
 
     Several scans in one file are listed; file.h5::name shows one of them.
 
@@ -47,6 +51,8 @@ def command(
     print_scan(str(file), Scan.open(file))
     if content == "fit":
         fit = Fit.open(file)
+        if Choice.is_in(file):
+            print_choice(str(file), Choice.open(file))
         print_fit("", fit, all_rows)
         print_fit_checks(fit)
         print_table("", ("made by", ""), [[k, v] for k, v in fit.provenance.items()], left=2)

@@ -57,8 +57,35 @@ def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
     return np.array(values)
 
 
-def parameter_map(texts: list[str]) -> dict[str, float]:
-    """Read "ks=451.8" texts, several of them possibly joined by commas.
+def fixed_map(texts: list[str]) -> dict[str, float | Path]:
+    """Read "n=1.5" or "n=silver.csv" texts, one parameter each: a number, or the file of a spectrum.
+
+    Raises
+    ------
+    InputError
+        A text of another form, or a name given twice.
+    """
+    values: dict[str, float | Path] = {}
+    for text in texts:
+        name, _, value = (word.strip() for word in text.partition("="))
+        if not (name and value):
+            raise InputError(f"--fix {text!r}: write name=number or name=FILE.csv, as in --fix n=1.5")
+        if name in values:
+            raise InputError(f"--fix: {name} is given twice; give each parameter once")
+        try:
+            values[name] = float(value)
+        except ValueError:
+            values[name] = Path(value)
+    return values
+
+
+def name_list(texts: list[str]) -> tuple[str, ...]:
+    """Read names, several of them possibly joined by commas."""
+    return tuple(name.strip() for text in texts for name in text.split(",") if name.strip())
+
+
+def parameter_map(texts: list[str], option: str = "--param") -> dict[str, float]:
+    """Read "ks=451.8" texts of an option, several of them possibly joined by commas.
 
     Raises
     ------
@@ -69,13 +96,13 @@ def parameter_map(texts: list[str]) -> dict[str, float]:
     for text in ",".join(texts).split(",") if texts else []:
         name, equals, value = (word.strip() for word in text.partition("="))
         if name in values:
-            raise InputError(f"--param: {name} is given twice; give each parameter once")
+            raise InputError(f"{option}: {name} is given twice; give each parameter once")
         try:
             values[name] = float(value)
         except ValueError:
-            raise InputError(f"--param {text!r}: write name=number, as in --param ks=451.8") from None
+            raise InputError(f"{option} {text!r}: write name=number, as in {option} ks=451.8") from None
         if not equals:
-            raise InputError(f"--param {text!r}: write name=number, as in --param ks=451.8")
+            raise InputError(f"{option} {text!r}: write name=number, as in {option} ks=451.8")
     return values
 
 

@@ -169,6 +169,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
         ["device", fit.device],
     ]
+    held = fixed_words(fit)
+    lines[2:2] = [*([["fixed", held]] if held else []), *(["shared", text] for text in shared_words(fit))]
     if "left_out" in fit.provenance:
         lines.append(["left out", fit.provenance["left_out"]])
     if np.isfinite(fit.seconds):
@@ -181,6 +183,29 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         lines.insert(2 + k, ["next better" if k else "for the rtol", text])
     print_table("", ("fit", ""), lines, left=2)
     _print_remarks(fit)
+
+
+def fixed_words(fit: Fit) -> str:
+    """Return what was not fitted, with its value where it is one for all wavelengths."""
+    words = []
+    for name in fit.given:
+        values = fit.parameters[name][np.isfinite(fit.parameters[name])]
+        if len(values) and fit.model.parameter(name).given != "wavelength":
+            one = values.min() == values.max()
+            words.append(f"{name} = {number(float(values[0]), 5)}" if one else f"{name}, a spectrum")
+    return ", ".join(words)
+
+
+def shared_words(fit: Fit) -> list[str]:
+    """Return what is one number for all wavelengths, with its error bar, a line each."""
+    out = []
+    for name in fit.shared:
+        good = np.flatnonzero(np.isfinite(fit.parameters[name]))
+        if len(good):
+            value, sigma = fit.parameters[name][good[0]], fit.sigma[name][good[0]]
+            bar = f" ± {sigma:.2g}" if np.isfinite(sigma) else ""
+            out.append(f"{name} = {number(float(value), 5)}{bar}, one number for all wavelengths")
+    return out
 
 
 def _print_remarks(fit: Fit) -> None:

@@ -1,10 +1,11 @@
-"""`clbrdf view`: lobes in a window, a file or a browser."""
+"""`clbrdf view`: lobes in a window or a picture, or the page that computes."""
 
 from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
+from urllib.parse import urlencode
 
 from cyclopts import Parameter
 
@@ -52,6 +53,9 @@ def command(
     Several files, wavelengths or incident angles stand side by side with one scale, or lie over each
     other with --overlay. Without --png, --gif, --mp4, --html or --serve a window opens.
 
+    --html and --serve give the page that computes, with maps, cuts and spectra beside the lobe; its own
+    controls choose what is shown.
+
     Parameters
     ----------
     files
@@ -63,9 +67,9 @@ def command(
     mp4
         the same as a film
     html
-        write one page that turns in a browser, without a server
+        write one page that computes in a browser, without a server
     serve
-        show it in a browser, until Ctrl-C
+        the same page at an address, until Ctrl-C
     host
         where --serve listens; anything but this machine needs the token that is printed
     port
@@ -106,11 +110,16 @@ def command(
         check_output(path, overwrite)
     if transparent and png is None:
         raise InputError("--transparent belongs to --png FILE; films and pages have a background")
-    if outputs or serve:
-        entries = _entries(files, wavelength, theta_i, difference)
+    if html is not None or serve:
+        _check_page(wavelength, theta_i, overlay, difference, colour, floor)
+    pictures = png is not None or gif is not None or mp4 is not None
+    if (html is not None or serve) and not pictures:
+        _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
+        return
+    entries = _entries(files, wavelength, theta_i, difference)
+    if outputs:
         graphics.require_off_screen()
     else:
-        entries = _entries(files, wavelength, theta_i, difference)
         graphics.require_screen()
     from clbrdf.viz.scene import Scene
     from clbrdf.viz.style import Look
@@ -118,7 +127,7 @@ def command(
     look = Look(radius=radius, colour=colour, floor=floor, points=points)
     chosen = choose_device(device) if any(e.subject.fit is not None for e in entries) else None
     told = stderr_console()
-    if png is not None or gif is not None or mp4 is not None:
+    if pictures:
         from clbrdf.viz import stills
 
         scene = Scene(entries, look, size=pixels, overlay=overlay, device=chosen)
@@ -131,25 +140,65 @@ def command(
                     stops = save(scene, film, sweep, frames, overwrite, report)
                 told.print(f"wrote {film}: {stops} stops")
         scene.close()
-    if html is not None:
-        from clbrdf.viz.html import save_html
-
-        scene = Scene(
-            entries, look, size=pixels, overlay=overlay, words=False, flat_labels=True, device=chosen
-        )
-        save_html(scene, html, overwrite)
-        scene.close()
-        told.print(f"wrote {html}")
-    if serve:
-        from clbrdf.viz.serve import Page
-        from clbrdf.viz.window import controlled_scene
-
-        control = controlled_scene(entries, look, pixels, overlay=overlay, off_screen=True, device=chosen)
-        Page(control, host, port).run(lambda url: told.print(f"open {url}  (Ctrl-C ends)", soft_wrap=True))
+    if html is not None or serve:
+        _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
     elif not outputs:
         from clbrdf.viz.window import Window, controlled_scene
 
         Window(controlled_scene(entries, look, pixels, overlay=overlay, device=chosen)).show()
+
+
+def _check_page(
+    wavelength: str | None,
+    theta_i: str | None,
+    overlay: bool,
+    difference: bool,
+    colour: str,
+    floor: float | None,
+) -> None:
+    """Raise InputError where something is asked for that the page has its own control for, or has not."""
+    for name, given in (("--overlay", overlay), ("--difference", difference)):
+        if given:
+            raise InputError(
+                f"{name} belongs to pictures and the window; the page has deviations, and ratios of files"
+            )
+    if colour != "value" or floor is not None:
+        raise InputError("--colour and --floor belong to pictures and the window, not to --html or --serve")
+    for name, text in (("--wavelength", wavelength), ("--theta-i", theta_i)):
+        if text is not None and len(number_list(name, text)) > 1:
+            raise InputError(f"{name} {text}: the page starts at one value and has a slider; give one")
+
+
+def _start(wavelength: str | None, theta_i: str | None, radius: str) -> str:
+    """Return what a page shows first, as its address says it."""
+    words: list[tuple[str, object]] = []
+    if wavelength is not None:
+        words.append(("nm", float(wavelength)))
+    if theta_i is not None:
+        words += [("theta_i", float(theta_i)), ("theta_r", float(theta_i))]
+    if radius == "cosine":
+        words += [("scale", "ratio"), ("to", "cosine")]
+    elif radius == "log":
+        words.append(("scale", "log"))
+    return urlencode(words)
+
+
+def _page(
+    files: list[Path], html: Path | None, serve: bool, host: str, port: int, start: str, overwrite: bool
+) -> None:
+    """Write the page that computes, serve it, or both."""
+    from clbrdf.cli.report_command import write_page
+
+    if html is not None:
+        write_page(files, html, overwrite, start)
+    if serve:
+        from clbrdf.viz.page import open_for_page, page_text
+        from clbrdf.viz.serve import PageServer
+
+        text = page_text([open_for_page(path) for path in files], start)
+        told = stderr_console()
+        server = PageServer(text, host, port)
+        server.run(lambda url: told.print(f"open {url}  (Ctrl-C ends)", soft_wrap=True))
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 import numpy as np
@@ -19,6 +19,7 @@ from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.result import STATUSES, Fit
+from clbrdf.fit.shared import shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.solve import joined, solve
@@ -56,6 +57,7 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
     fix: Mapping[str, npt.ArrayLike] | None = None,
+    shared: Sequence[str] = (),
     smooth: float | None = None,
     rtol: float | None = None,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
@@ -84,6 +86,11 @@ def fit(
     fix : mapping of str to float or (W,) array, optional
         Parameters that are not fitted: one value, or one a wavelength. The wavelength itself, where a model
         needs it, is that of the scan.
+    shared : sequence of str
+        Parameters that are one number for all wavelengths: the joint optimum of Σ g r² over directions and
+        wavelengths; `clbrdf.fit.shared` tells what each kind of weights then means. Error bars are those of
+        the joint fit. Names here and in `fix` and `bounds` may be short, "alpha" for "ggx.alpha", where only
+        one part of the model has them.
     smooth : float, optional
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
@@ -108,7 +115,8 @@ def fit(
     ------
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
-        parameter that the model does not have, or one that has to be fixed and is not;
+        or shared parameter that the model does not have, one that is both, or one that has to be fixed and
+        is not; shared parameters together with `smooth` or `rtol`;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -125,7 +133,12 @@ def fit(
     start = time.perf_counter()
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
-    way = get_method(method, chosen, settings, frozenset(given))
+    in_common = shared_names(chosen, shared, tuple(given))
+    if in_common and smooth is not None:
+        raise InputError("shared and smooth both tie wavelengths; give one of them")
+    if in_common and rtol is not None:
+        raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+    way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
         raise InputError("settings and rtol both choose the search; give one of them")
@@ -149,15 +162,22 @@ def fit(
         problem = problem_of(sample)
         choice = choose_settings(problem, way, seed, rtol)
         rules = choice.rung.settings
-    blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
-    parts = []
-    for k, block in enumerate(blocks):
-        parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+    if in_common:
+        places = tuple(chosen.names.index(name) for name in in_common)
+        norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
+        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
+    else:
+        blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
+        parts = []
+        for k, block in enumerate(blocks):
+            parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
     provenance = {
         **left_out,
         "weights": weights if isinstance(weights, str) else "user",
         **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
     }
+    if in_common:
+        provenance["shared"] = ", ".join(in_common)
     if rtol is not None:
         provenance["rtol"] = f"{rtol:g}"
     solution, covariance = joined(parts), None
@@ -175,6 +195,7 @@ def fit(
         weights=g,
         bounds=limits,
         given=given,
+        shared=in_common,
         method=way.name,
         device=str(where),
         seed=seed,
@@ -207,18 +228,21 @@ def given_parameters(
         A parameter that the model does not have, a value out of its domain or of another length, one that has
         to be fixed and is not, or nothing left to fit.
     """
-    model.check_names(fix)
+    fix = model.by_full_name(fix)
     w, out = len(scan.wavelength), {}
+    missing = [row for row in model.parameters if row.given == "user" and row.name not in fix]
+    if missing:
+        told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
+        first = missing[0].name
+        raise InputError(
+            f"model {model.name} needs {told}; fix each: fix={{{first!r}: ...}}, or --fix {first}=VALUE or"
+            f" {first}=FILE.csv on the command line"
+        )
     for row in model.parameters:
         if row.given == "wavelength" and row.name not in fix:
             out[row.name] = np.array(scan.wavelength)
             continue
         if row.name not in fix:
-            if row.given == "user":
-                raise InputError(
-                    f"model {model.name} needs {row.name} ({row.meaning}); fix it: fix={{{row.name!r}: ...}},"
-                    f" or --fix {row.name}=VALUE or {row.name}=FILE.csv on the command line"
-                )
             continue
         values = np.asarray(fix[row.name], dtype=np.float64)
         if values.shape not in ((), (1,), (w,)):

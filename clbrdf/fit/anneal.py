@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.fit.chains import Chains, ChainSettings
+from clbrdf.fit import lookup
+from clbrdf.fit.chains import Chains, ChainSettings, all_linear
+from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.progress import Report
 
@@ -69,11 +71,15 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
 def search_separable(problem: Problem, settings: Settings, seed: int, report: Report) -> Candidates:
     """Anneal in the coordinates that do not enter linearly, the linear ones solved at each step.
 
+    Where all are linear, there is nothing to anneal, and they are solved at once.
+
     Raises
     ------
     DeviceError
         The device cannot build or run the kernels.
     """
+    if all_linear(problem):
+        return lookup.search(problem, LookupSettings(), seed, report)
     return _anneal(problem, settings, seed, report, separable=True)
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from clbrdf.fit.identifiability import remarks
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.result import Fit
+from clbrdf.fit.shared_uncertainty import shared_uncertainty, with_shared
 from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import uncertainty
 from clbrdf.models import Model
@@ -37,6 +38,7 @@ def assemble(
     weights: Array,
     bounds: Array,
     given: Mapping[str, Array],
+    shared: tuple[str, ...],
     method: str,
     device: str,
     seed: int,
@@ -46,13 +48,15 @@ def assemble(
 ) -> Fit:
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
-    `given` are the parameters (W,) that were not fitted. `covariance` (W, P, P), of the coordinates,
-    replaces the one of the data alone. `start` is the reading of `time.perf_counter` when the fit began.
+    `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
+    wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
+    the reading of `time.perf_counter` when the fit began.
     """
     w = len(scan.wavelength)
     limits = model.coordinate_bounds(bounds)
     known = np.array([name in given for name in model.names])
-    coordinates = in_order(model, solution.coordinates, bounds, known)
+    in_common = np.array([name in shared for name in model.names])
+    coordinates = in_order(model, solution.coordinates, bounds, known, in_common)
     vector, at_bound = settle(model, coordinates, limits, bounds)
     for name, spectrum in given.items():
         vector[:, model.names.index(name)] = spectrum[fitted]
@@ -64,18 +68,24 @@ def assemble(
     energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
     zero = (vector == 0.0) & floored & ~known
-    for k in np.flatnonzero(zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))):
+    counts = zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))
+    if counts.any() and zero[:, in_common].any():
+        counts[:] = True
+    for k in np.flatnonzero(counts):
         vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
         fitted_values[k] = model.brdf(vector[k, None, :], features)
-    result = uncertainty(
-        model,
-        features,
-        vector,
-        at_bound | known,
+    data = (
         fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
         weights[:, fitted].T,
         None if scan.sigma is None else scan.sigma[:, fitted].T,
     )
+    result = uncertainty(model, features, vector, at_bound | known | in_common, *data)
+    together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
+    if len(together):
+        own = ~(at_bound | known | in_common)
+        result = with_shared(
+            result, *shared_uncertainty(model, features, vector, own, together, *data), together
+        )
 
     def placed(values: Any, fill: Any) -> Any:
         out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
@@ -125,6 +135,7 @@ def assemble(
         weights=weights,
         bounds=bounds,
         given=tuple(given),
+        shared=shared,
         method=method,
         device=device,
         seed=seed,

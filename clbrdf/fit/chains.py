@@ -64,6 +64,11 @@ def free_linear(problem: Problem) -> tuple[int, ...]:
     return tuple(j for j in problem.model.linear if j in problem.free)
 
 
+def all_linear(problem: Problem) -> bool:
+    """Whether every parameter that is not given is linear, so that nothing is left to search."""
+    return len(free_linear(problem)) == len(problem.free)
+
+
 def search_library(separable: bool) -> tuple[str, ...]:
     """Files of kernels/lib that say which coordinates a search moves in."""
     return ("box", "search_separable") if separable else ("search_all",)

@@ -38,8 +38,20 @@ APART = 1.0 / 12.0
 MOST_DIRECTIONS = 256
 """That the look-up sums over; the polish takes all."""
 
+FEW = 3
+"""Nonlinear parameters up to which the settings hold as they are. For each further one, up to MOST_DOUBLINGS,
+there are twice as many shapes: in coarser sets the lowest basin may have no point (Hapke's model). There are
+twice as many starts, too, and all of them are asked: the eight lowest may agree on a higher end."""
+
+MOST_DOUBLINGS = 2
+
 FIRST = 4
-"""Starts that go to the end first: where they come to one optimum, the others are not asked."""
+"""Starts that go to the end first, for few nonlinear parameters: where they come to one optimum, the others
+are not asked."""
+
+ROUGH_ITERATIONS = 32
+"""Of the way in single precision: sums of models have long valleys, and a start that is given up after the
+usual dozen may be the one that leads to the lowest end (wang2013+eon)."""
 
 TYPICAL_PASSES = 60
 """Of the polish, each some three model evaluations."""
@@ -52,9 +64,10 @@ class LookupSettings:
     Attributes
     ----------
     shapes : int
-        Points of the low-discrepancy set, rounded up to a power of 2; a grid grows with its root.
+        Points of the low-discrepancy set, rounded up to a power of 2, for up to FEW nonlinear parameters;
+        twice as many for each further one, up to MOST_DOUBLINGS. A grid grows with its root.
     starts : int
-        Starts of the polish.
+        Starts of the polish; twice as many for more than FEW nonlinear parameters.
     deepen : bool
         Look again, four times as widely, where the ends of the polish disagree.
     polish : "none", "single" or "double"
@@ -74,8 +87,9 @@ class LookupSettings:
 
     def cost(self, directions: int, _parameters: int) -> tuple[int, int]:
         """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
-        passes = max(self.shapes, TYPICAL_PASSES * self.starts)
-        return 16 * directions + 64 * self.shapes, passes * directions
+        shapes = self.shapes << MOST_DOUBLINGS
+        passes = max(shapes, 2 * TYPICAL_PASSES * self.starts)
+        return 16 * directions + 64 * shapes, passes * directions
 
     def deeper(self) -> LookupSettings | None:
         """Return the settings of the second look, None where there is none."""
@@ -98,7 +112,8 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
     report(1, 1)
     searched = [j for j in problem.free if j not in problem.model.linear]
     unit = _unit(problem, shapes)[:, searched]
-    count = min(settings.starts, len(shapes))
+    many = len(searched) > FEW
+    count = min(2 * settings.starts if many else settings.starts, len(shapes))
     chosen = _lowest_apart(np.nan_to_num(energy, nan=np.inf), unit, count)
     starts = np.repeat(problem.lower[:, None], count, axis=1)
     starts[..., searched] = shapes[chosen][..., searched]
@@ -110,7 +125,9 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
         acceptance=np.full(w, np.nan),
         not_finite=np.count_nonzero(np.isnan(energy), axis=1).astype(np.int64),
         doubtful=np.zeros(w, dtype=np.bool_),
-        first=FIRST,
+        first=0 if many else FIRST,
+        rough_iterations=ROUGH_ITERATIONS,
+        off_limits=settings.deepen,
     )
 
 
@@ -128,7 +145,9 @@ def shape_set(problem: Problem, size: int) -> Array:
     else:
         from scipy.stats import qmc
 
-        unit = qmc.Sobol(d, scramble=False).random_base2(max(0, int(np.ceil(np.log2(size)))))
+        doublings = min(max(0, d - FEW), MOST_DOUBLINGS)
+        power = max(0, int(np.ceil(np.log2(size)))) + doublings
+        unit = qmc.Sobol(d, scramble=False).random_base2(power)
         # The set begins in the corner of the box, where no optimum is expected.
         unit = np.mod(unit + 0.5 / len(unit), 1.0)
     out = np.repeat(lower[None], len(unit), axis=0)

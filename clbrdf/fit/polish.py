@@ -74,11 +74,13 @@ def check_polish(depth: str) -> None:
         raise InputError(f"polish is {depth!r}; give one of {', '.join(DEPTHS)}")
 
 
-def polish(problem: Problem, starts: Array, depth: str = "double", first: int = 0) -> Polished:
+def polish(
+    problem: Problem, starts: Array, depth: str = "double", first: int = 0, rough_iterations: int = 0
+) -> Polished:
     """Polish starts (W, K, P) at their wavelengths; those given up on the way keep E of single precision.
 
     With `first`, so many of the lowest go to the end before the others; where they all come to the same
-    optimum, the others stay where they are.
+    optimum, the others stay where they are. `rough_iterations` replaces ROUGH_ITERATIONS, where it is not 0.
 
     Raises
     ------
@@ -87,7 +89,9 @@ def polish(problem: Problem, starts: Array, depth: str = "double", first: int = 
     """
     if depth == "none":
         return _judged(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
-    rough = descend(problem, starts, get_precision("fast:6"), ROUGH_ITERATIONS, ROUGH_TOLERANCE)
+    rough = descend(
+        problem, starts, get_precision("fast:6"), rough_iterations or ROUGH_ITERATIONS, ROUGH_TOLERANCE
+    )
     usable = np.isfinite(rough.objective)
     energy = np.where(usable, rough.objective, np.inf)
     q = np.where(usable[..., None], rough.coordinates, starts)

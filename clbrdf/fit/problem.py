@@ -87,6 +87,10 @@ class Candidates:
         Where the search itself saw that it may have to look again.
     first : int
         Starts that are polished first, the others only where these disagree; 0 for all at once.
+    rough_iterations : int
+        Of the way in single precision; 0 for the usual number.
+    off_limits : bool
+        Whether ends at a limit are tried again from within.
     """
 
     coordinates: Array
@@ -95,6 +99,8 @@ class Candidates:
     not_finite: npt.NDArray[np.int64]
     doubtful: npt.NDArray[np.bool_]
     first: int = 0
+    rough_iterations: int = 0
+    off_limits: bool = False
 
 
 def make_problem(

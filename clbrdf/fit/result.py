@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -14,8 +15,9 @@ import numpy.typing as npt
 from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, read_only
-from clbrdf.models import Model, get_model
+from clbrdf.models import Model, remade
 from clbrdf.scan import Scan
+from clbrdf.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -82,6 +84,9 @@ class Fit:
     seed : int
     given : tuple of str
         Parameters that were not fitted: fixed, or the wavelength itself. They have no uncertainty (NaN).
+    shared : tuple of str
+        Parameters that are one number for all wavelengths, fitted to all of them together; `starts` and
+        `agreeing` then count walks to the joint optimum.
     provenance : mapping of str to str
         Program version, settings, hash of the input.
     tolerance : tuple of str
@@ -113,6 +118,7 @@ class Fit:
     device: str
     seed: int
     given: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
     tolerance: tuple[str, ...] = ()
     seconds: float = float("nan")
@@ -152,11 +158,18 @@ class Fit:
         InputError
             The file exists and `overwrite` is False, or it cannot be written.
         """
+        with self.creating(path, overwrite):
+            pass
+
+    @contextmanager
+    def creating(self, path: str | Path, overwrite: bool = False) -> Iterator[h5py.Group]:
+        """Write the fit as `save` does; more can be written into its entry while the block runs."""
         title = f"{self.model.title}, fitted to {self.scan.sample or 'a sample'}"
         with hdf5.create_file(path, "fit", title, overwrite) as file:
             entry = file["entry"]
             self.scan.write(entry)
             _write(self, hdf5.group(entry, "fit", "NXprocess"))
+            yield entry
 
     @classmethod
     def open(cls, path: str | Path) -> Fit:
@@ -170,9 +183,14 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                return _read(hdf5.find_entry(file, path))
+                entry = hdf5.find_entry(file, path)
+                check_sizes(entry)
+                return _read(entry)
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
+            except (AttributeError, IndexError, TypeError, ValueError) as error:
+                # An array of another shape or type than a fit has.
+                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error
 
 
 ARRAYS = (
@@ -199,15 +217,17 @@ def _write(fit: Fit, group: h5py.Group) -> None:
         group[name] = getattr(fit, name)
     group["model"] = fit.model.name
     group["given"] = list(fit.given)
+    group["shared"] = list(fit.shared)
     group["seed"] = fit.seed
     data = hdf5.group(group, "parameters", "NXdata")
-    data.attrs["signal"] = fit.model.names[0]
-    data.attrs["auxiliary_signals"] = list(fit.model.names[1:])
+    keys = [_key(name) for name in fit.model.names]
+    data.attrs["signal"], data.attrs["auxiliary_signals"] = keys[0], keys[1:]
     data.attrs["axes"] = ["wavelength"]
     hdf5.field(data, "wavelength", fit.wavelength, "nm", "wavelength")
     for row in fit.model.parameters:
-        hdf5.field(data, row.name, fit.parameters[row.name], row.unit, row.meaning)
-        hdf5.field(data, f"{row.name}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
+        key = _key(row.name)
+        hdf5.field(data, key, fit.parameters[row.name], row.unit, row.meaning)
+        hdf5.field(data, f"{key}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
     for name in ARRAYS:
         if name == "status":
@@ -221,16 +241,17 @@ def _write(fit: Fit, group: h5py.Group) -> None:
 
 def _read(entry: h5py.Group) -> Fit:
     group = entry["fit"]
-    model = get_model(hdf5.read_text(group, "model"))
     data = group["parameters"]
+    model = _model_of(hdf5.read_text(group, "model"), data)
     arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
     names = [str(name) for name in group["status"].attrs["names"]]
     return Fit(
         scan=Scan.read(entry),
         model=model,
-        parameters={name: data[name][()] for name in model.names},
-        sigma={name: data[f"{name}_errors"][()] for name in model.names},
-        given=tuple(text.decode() for text in group["given"][()]) if "given" in group else (),
+        parameters={name: data[_key(name)][()] for name in model.names},
+        sigma={name: data[f"{_key(name)}_errors"][()] for name in model.names},
+        given=_names(group, "given"),
+        shared=_names(group, "shared"),
         remarks=tuple(text.decode() for text in group["remarks"][()]),
         status=np.array([names[code] for code in group["status"][()]]),
         method=hdf5.read_text(group, "method"),
@@ -239,3 +260,36 @@ def _read(entry: h5py.Group) -> Fit:
         provenance=hdf5.read_mapping(group, "provenance"),
         **arrays,
     )
+
+
+def _key(name: str) -> str:
+    """Name of a parameter in the file, where "wavelength" is the axis."""
+    return "wavelength_of_model" if name == "wavelength" else name
+
+
+def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
+    """Names that a file of an earlier version does not hold."""
+    return tuple(text.decode() for text in group[name][()]) if name in group else ()
+
+
+def _model_of(name: str, data: h5py.Group) -> Model:
+    """Return the model of a file by its name.
+
+    Raises
+    ------
+    InputError
+        It is a page of one's own that is not found, or that has changed its parameters.
+    """
+    try:
+        model = remade(name)
+    except InputError as error:
+        raise InputError(
+            f"its model {name!r} cannot be made: {error}. If a page of yours is part of it, name its folder"
+            " in the environment variable CLBRDF_MODELS"
+        ) from error
+    missing = [row for row in model.names if _key(row) not in data]
+    if missing:
+        raise InputError(
+            f"its model {name!r} had other parameters when it was fitted: {missing[0]} is not in the file"
+        )
+    return model

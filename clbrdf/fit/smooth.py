@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.normal_equations import normal_equations
 from clbrdf.fit.polish import EXACT, polish
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.solve import Solution
@@ -42,9 +43,6 @@ this."""
 
 LEAST_CHANGE = 1e-4
 """Smallest τ: below, parameters are the same at all wavelengths, and the valley too narrow to walk along."""
-
-CHUNK_BYTES = 32 << 20
-"""Of the derivatives of one chunk of wavelengths."""
 
 
 def start_each_other(problem: Problem, solution: Solution) -> Solution:
@@ -93,7 +91,7 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
         return float((energy / noise).sum() + (stiffness * np.diff(q, axis=0) ** 2).sum())
 
     q, damping = solution.coordinates.copy(), 1e-3
-    energy, h, H = _normal_equations(problem, q)
+    energy, h, H = normal_equations(problem, q)
     now, converged = phi(q, energy), False
     for _ in range(MOST_ITERATIONS):
         gradient = h / noise[:, None] + _pull(stiffness, q)
@@ -110,7 +108,7 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
                 break
             continue
         trial = np.clip(q + np.clip(step, -0.25 * span, 0.25 * span), problem.lower, problem.upper)
-        trial_energy, trial_h, trial_H = _normal_equations(problem, trial)
+        trial_energy, trial_h, trial_H = normal_equations(problem, trial)
         trial_phi = phi(trial, trial_energy)
         if damping <= 1.0 and -0.5 * (step * gradient).sum() <= TOLERANCE * now:
             converged = True
@@ -127,26 +125,6 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
     done = np.full(w, converged) | (energy <= EXACT)
     ends = replace(solution, coordinates=q, objective=energy, converged=done)
     return ends, covariance
-
-
-def _normal_equations(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
-    """E (W,), half its gradient (W, P) and JᵀJ (W, P, P) by the coordinates."""
-    model = problem.model
-    w, p = q.shape
-    energy, h, H = np.empty(w), np.empty((w, p)), np.empty((w, p, p))
-    size = max(1, CHUNK_BYTES // (8 * p * problem.size[1]))
-    parameters = model.from_coordinates(q)
-    slopes = np.stack([row.slope(parameters[:, j]) for j, row in enumerate(model.parameters)], axis=1)
-    for first in range(0, w, size):
-        rows = slice(first, first + size)
-        s = problem.scale[rows]
-        residual = s * model.brdf(parameters[rows, None, :], problem.features) - problem.target[rows]
-        jacobian = model.jacobian(parameters[rows, None, :], problem.features)
-        jacobian *= s[..., None] * slopes[rows, None, :]
-        across = np.swapaxes(jacobian, 1, 2)
-        energy[rows], H[rows] = (residual**2).sum(axis=1), across @ jacobian
-        h[rows] = (across @ residual[..., None])[..., 0]
-    return energy, h, H
 
 
 def _pull(stiffness: Array, q: Array) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.limits import off_limits
 from clbrdf.fit.methods import Method
 from clbrdf.fit.polish import AS_LOW, EXACT, Polished, polish
 from clbrdf.fit.problem import Problem
@@ -74,16 +75,21 @@ def joined(parts: Sequence[Solution]) -> Solution:
 
 def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
     found = method.search(problem, settings, seed, report)
-    polished = polish(problem, found.coordinates, settings.polish, found.first)
+    polished = polish(problem, found.coordinates, settings.polish, found.first, found.rough_iterations)
     best, agreeing = _lowest(polished)
     rows = np.arange(len(best))
+    coordinates, energy = polished.coordinates[rows, best], polished.objective[rows, best]
+    spent = polished.evaluations.sum(axis=1)
+    if found.off_limits:
+        coordinates, energy, more, same = off_limits(problem, coordinates, energy)
+        spent, agreeing = spent + more, np.where(same > 0, same, agreeing)
     return Solution(
-        coordinates=polished.coordinates[rows, best],
-        objective=polished.objective[rows, best],
+        coordinates=coordinates,
+        objective=energy,
         converged=polished.converged[rows, best],
         starts=np.full(len(best), found.coordinates.shape[1], dtype=np.int64),
         agreeing=agreeing,
-        evaluations=found.evaluations + polished.evaluations.sum(axis=1),
+        evaluations=found.evaluations + spent,
         not_finite=found.not_finite,
         acceptance=found.acceptance,
         doubtful=found.doubtful,

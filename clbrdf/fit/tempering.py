@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.fit.chains import Chains, ChainSettings, free_linear
+from clbrdf.fit import lookup
+from clbrdf.fit.chains import Chains, ChainSettings, all_linear, free_linear
+from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.progress import Report
 
@@ -52,11 +54,15 @@ class TemperingSettings(ChainSettings):
 def search(problem: Problem, settings: TemperingSettings, seed: int, report: Report) -> Candidates:
     """Exchange replicas at every wavelength of a problem; return the best states of the best chains.
 
+    Where all parameters are linear, there is nothing to search, and they are solved at once.
+
     Raises
     ------
     DeviceError
         The device cannot build or run the kernels.
     """
+    if all_linear(problem):
+        return lookup.search(problem, LookupSettings(), seed, report)
     separable = bool(free_linear(problem))
     chains = Chains(problem, "tempering", settings.all_chains, settings.precision, seed, separable)
     rungs, groups = np.uint32(settings.rungs), np.uint32(chains.groups)

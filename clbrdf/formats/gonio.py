@@ -151,7 +151,8 @@ def _reflet(path: Path, lines: list[str], start: int) -> Block:
         _number(path, keys.get(f"phi measure {w} :", ""), f"Phi measure {w}", start)
         for w in ("beginning", "end", "step")
     ]
-    count = round((limits[1] - limits[0]) / limits[2]) + 1 if limits[2] else 1
+    steps = (limits[1] - limits[0]) / limits[2] if limits[2] else 0.0
+    count = round(steps) + 1 if np.isfinite(steps) else 0
     if not 1 <= count <= 10_000:
         raise InputError(
             f"{path}, line {start + 1}: the azimuths from {limits[0]:g} to {limits[1]:g} are impossible"

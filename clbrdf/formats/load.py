@@ -84,8 +84,12 @@ def load(
     for path, title, reading in readings:
         if sample is not None and reading.sample != sample:
             continue
-        with np.errstate(all="ignore"):
-            scan, decisions = decide(str(path), reading, options)
+        try:
+            with np.errstate(all="ignore"):
+                scan, decisions = decide(str(path), reading, options)
+        except InputError as error:
+            # What a scan refuses by itself, such as an infinite uncertainty, does not know its file.
+            raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
         provenance = {"input": path.name, "format": title, **scan.provenance}
         key = "" if one_each else reading.sample
         parts.setdefault(key, []).append((replace(scan, provenance=provenance), decisions, reading.notes))

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.flags import for_other_reasons
 from clbrdf.formats.vectors import to_half_difference
 from clbrdf.scan import Scan
 
@@ -42,10 +43,12 @@ def write(scan: Scan, path: Path) -> None:
     p = np.round(turn).astype(np.intp) % N_PHI
     cell = p + N_PHI * (d + N_THETA * h)
     size = N_THETA * N_THETA * N_PHI
+    assert scan.flags is not None
+    unusable = for_other_reasons(scan.flags) | (scan.brdf < 0.0)
     with open(path, "wb") as stream:
         stream.write(np.array([N_THETA, N_THETA, N_PHI], "<i4").tobytes())
         for w, scale in enumerate(SCALES):
-            good = ~scan.mask[:, w]
+            good = ~unusable[:, w]
             total = np.bincount(cell[good], scan.brdf[good, w], size)
             count = np.bincount(cell[good], minlength=size)
             plane = np.full(size, -1.0)

@@ -66,6 +66,8 @@ class Sheet:
             cells = list(
                 split(line for _, line in part) if not self.separator else _csv(part, self.separator)
             )
+            if len(cells) != len(part):
+                raise InputError(f"{self.path}, line {part[0][0]} or below: a quote that does not close")
             for (number, _), row in zip(part, cells, strict=True):
                 if len(row) != width:
                     raise InputError(
@@ -111,7 +113,11 @@ def split(lines: Iterator[str]) -> Iterator[list[str]]:
 
 
 def _csv(part: list[tuple[int, str]], separator: str) -> Iterator[list[str]]:
-    return csv.reader((line for _, line in part), delimiter=separator)
+    reader = csv.reader((line for _, line in part), delimiter=separator)
+    try:
+        yield from reader
+    except csv.Error as error:
+        raise InputError(f"line {part[0][0]} or below: {error}") from None
 
 
 def find_heading(lines: list[str], fits: Callable[[list[str]], bool]) -> tuple[int, str] | None:

@@ -60,6 +60,7 @@ __all__ = [
     "log_shape",
     "model",
     "model_names",
+    "remade",
     "restrict",
     "shape",
     "wavelength_in_nm",
@@ -101,6 +102,11 @@ def get_model(name: str | Model | Page = DEFAULT_MODEL, *, force: bool = False) 
             f"model {name!r} adds up whole surfaces ({', '.join(whole)}); take one of them, or --force"
         )
     return _model(tuple(pieces))
+
+
+def remade(origin: str) -> Model:
+    """Return a model that has been made before, from its `origin`: in another process, or from a file."""
+    return get_model(origin, force=True)
 
 
 def restrict(whole: Model, left_out: frozenset[str]) -> Model:

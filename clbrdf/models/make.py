@@ -121,6 +121,7 @@ def make_model(name: str, origin: str, parts: Sequence[Part]) -> Model:
         jacobian=quiet(formula.jacobian),
         reference=formula.reference,
         kernel=kernel,
+        formula=formula,
         kind=parts[0].page.kind if len(parts) == 1 else "whole",
         flags=_flags(parts),
         terms=_terms(parts),

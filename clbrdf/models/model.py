@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.models.formula import Formula
 from clbrdf.models.page import Example, Flags, Kind, Term
 from clbrdf.models.parameter import Parameter
 from clbrdf.models.structure import Structure
 
 Array = npt.NDArray[np.float64]
+
+Value = TypeVar("Value")
 
 LOG2_OF_ZERO = -1.0e6
 """Stands for log2(0) in features: finite, so that no 0·∞ can arise, and far below any exponent."""
@@ -49,6 +52,8 @@ class Model:
         (P,), θi, φi, θr, φr in degrees -> mpmath number in the working precision, slow.
     kernel : callable
         () -> text of its OpenCL functions (see kernels/models).
+    formula : Formula
+        The value as it is recorded from the page, whatever is tuned by hand.
     kind, flags, terms, examples
         As of the page; those of a sum follow from its parts, whose names are terms of it.
     derived : callable or None
@@ -76,6 +81,7 @@ class Model:
     jacobian: Callable[[Array, Array], Array]
     reference: Callable[..., Any]
     kernel: Callable[[], str]
+    formula: Formula
     kind: Kind = "whole"
     flags: Flags = Flags.NONE
     terms: tuple[Term, ...] = ()
@@ -103,9 +109,9 @@ class Model:
 
     def __reduce__(self) -> tuple[Callable[[str], Model], tuple[str]]:
         # Models are found by name in another process too.
-        from clbrdf.models import get_model
+        from clbrdf.models import remade
 
-        return get_model, (self.origin,)
+        return remade, (self.origin,)
 
     def vector(self, parameters: Mapping[str, npt.ArrayLike]) -> Array:
         """Stack named values to (P,) or (W, P), with defaults where a name is missing.
@@ -116,7 +122,7 @@ class Model:
             An unknown name, a value that is not finite or of the wrong sign, lengths that do not agree, or
             no value for a parameter that has no default.
         """
-        self.check_names(parameters)
+        parameters = self.by_full_name(parameters)
         for p in self.parameters:
             if p.given and p.name not in parameters:
                 raise InputError(f"model {self.name} needs {p.name} ({p.meaning}, {p.unit}); give its value")
@@ -150,13 +156,42 @@ class Model:
         """Return the rows of the table with some names."""
         return [self.names.index(name) for name in names]
 
+    def full_name(self, name: str) -> str:
+        """Return the name in the table: of a sum, "alpha" stands for "ggx.alpha" where no other part has one.
+
+        Raises
+        ------
+        InputError
+            No parameter has this name, or several parts have one.
+        """
+        if name in self.names:
+            return name
+        meant = [full for full in self.names if full.split(".")[-1] == name]
+        if len(meant) > 1:
+            raise InputError(f"model {self.name}: {name!r} may be {' or '.join(meant)}; give the whole name")
+        if not meant:
+            raise InputError(f"model {self.name} has no parameter {name!r}; it has {', '.join(self.names)}")
+        return meant[0]
+
+    def by_full_name(self, mapping: Mapping[str, Value]) -> dict[str, Value]:
+        """Return a mapping with the names of the table as its keys.
+
+        Raises
+        ------
+        InputError
+            As `full_name`, or a parameter that is named twice.
+        """
+        out: dict[str, Value] = {}
+        for name, value in mapping.items():
+            full = self.full_name(name)
+            if full in out:
+                raise InputError(f"parameter {full} is given twice; give each parameter once")
+            out[full] = value
+        return out
+
     def check_names(self, mapping: Mapping[str, object]) -> None:
         """Raise InputError where a mapping names a parameter that the model does not have."""
-        unknown = [name for name in mapping if name not in self.names]
-        if unknown:
-            raise InputError(
-                f"model {self.name} has no parameter {unknown[0]!r}; it has {', '.join(self.names)}"
-            )
+        self.by_full_name(mapping)
 
     def bounds(self, overrides: Mapping[str, tuple[float, float]] | None = None) -> Array:
         """Limits of a fit, (P, 2), with those given replacing the table's.
@@ -166,8 +201,7 @@ class Model:
         InputError
             Unknown name, a pair that is not increasing, or on a log scale a sign change.
         """
-        chosen = dict(overrides or {})
-        self.check_names(chosen)
+        chosen = self.by_full_name(overrides or {})
         rows = []
         for p in self.parameters:
             pair = np.asarray(chosen.get(p.name, p.bounds), dtype=np.float64)

@@ -103,6 +103,9 @@ def check_fit(
 ) -> tuple[Verdict, ...]:
     """Search the optimum of a fit again at some of its wavelengths.
 
+    Parameters that the fit held, or that its wavelengths share, keep their values: the check is of the
+    others.
+
     Parameters
     ----------
     fit : Fit
@@ -143,7 +146,7 @@ def check_fit(
         one = [int(place)]
         problem = make_problem(
             *(fit.scan.columns(one), fit.weights[:, one], fit.model, fit.bounds, choose_device()),
-            given={name: fit.parameters[name][one] for name in fit.given},
+            given={name: fit.parameters[name][one] for name in (*fit.given, *fit.shared)},
         )
         jobs.append((problem, seed, effort))
     found = run_jobs(_search, jobs, processes, report)

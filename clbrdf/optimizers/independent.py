@@ -2,7 +2,8 @@
 
     least-squares   random starts in all coordinates, each to its end along the analytic Jacobian
     evolution       no gradient: populations over the nonlinear coordinates, the linear ones solved inside,
-                    from the start again whenever a population has become one point
+                    from the start again whenever a population has become one point; where all are linear,
+                    solved at once
 
 Each search ends in `refine`. They were chosen by measurement on the problem set (docs/decisions/0041); the
 lower end of both is what counts.
@@ -66,14 +67,39 @@ def search_twice(objective: NumpyObjective, seed: int = 0, effort: float = 1.0) 
         evaluations=max(1, round(effort * EVALUATIONS["least-squares"])),
         seed=seed,
     )
-    separable = SeparableObjective(objective) if objective.linear else None
-    reduced: Values = separable or objective
-    second = minimise(
-        POPULATIONS, reduced, evaluations=max(1, round(effort * EVALUATIONS["evolution"])), seed=seed
-    )
-    ends = (first.coordinates, separable.complete(second.coordinates) if separable else second.coordinates)
+    ends = [(first.optimizer, first.coordinates, first.spent)]
+    if len(objective.linear) == len(objective.lower):
+        ends.append((POPULATIONS.name, _linear_solution(objective), 1))
+    else:
+        separable = SeparableObjective(objective) if objective.linear else None
+        reduced: Values = separable or objective
+        budget = max(1, round(effort * EVALUATIONS["evolution"]))
+        second = minimise(POPULATIONS, reduced, evaluations=budget, seed=seed)
+        q = separable.complete(second.coordinates) if separable else second.coordinates
+        ends.append((second.optimizer, q, second.spent))
     found = []
-    for trace, start in zip((first, second), ends, strict=True):
+    for name, start, before in ends:
         q, E, spent = refine(objective, start)
-        found.append(Found(trace.optimizer, q, E, trace.spent + spent))
+        found.append(Found(name, q, E, before + spent))
     return found[0], found[1]
+
+
+def _linear_solution(objective: NumpyObjective) -> Array:
+    """Where nothing is left to search: the one optimum, by SciPy's bounded linear least squares."""
+    from scipy.optimize import lsq_linear
+
+    rows = [objective.model.parameters[j] for j in objective.coordinates.free]
+    ends = objective.coordinates.values(np.stack([objective.lower, objective.upper]))
+    limits = np.sort(ends[:, objective.coordinates.free], axis=0)
+    parameters = objective.coordinates.values(objective.lower)
+    parameters[objective.coordinates.free] = 0.0
+    rest = objective.target - objective.scale * objective.model.brdf(parameters[None, :], objective.features)
+    columns = objective.model.jacobian(parameters[None, :], objective.features)[:, objective.coordinates.free]
+    columns = columns * objective.scale[:, None]
+    length = np.linalg.norm(columns, axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    solution = (
+        lsq_linear(columns / length, rest, (limits[0] * length, limits[1] * length), tol=1e-15).x / length
+    )
+    q = np.array([float(row.to_coordinate(value)) for row, value in zip(rows, solution, strict=True)])
+    return np.asarray(np.clip(q, objective.lower, objective.upper))

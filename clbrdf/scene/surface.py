@@ -250,7 +250,8 @@ def make_surface(scene: Scene, device: Device | None = None) -> Surface:
         _check_range(scene, fit.wavelength)
         model, curves = fit.model, fit_curves(fit)
     else:
-        model, curves = get_model(settings.model), model_curves(settings.parameters)
+        model = get_model(settings.model)
+        curves = model_curves(model.by_full_name(settings.parameters))
     if settings.terms is not None:
         known = tuple(term.name for term in model.terms)
         try:

@@ -81,7 +81,7 @@ def test_export_rgb_and_some_wavelengths(run, files, tmp_path):
         (["--illuminant", "A"], "--illuminant says what light --rgb is for"),
         (["--side", "transmission"], "an rgl file holds reflection only"),
         (["--phi-i", "45"], "no incident azimuth of 45°; it has 0"),
-        (["--format", "ssdd", "--rgb"], "--rgb is for rgl files only, and this is to be ssdd"),
+        (["--format", "ssdd", "--rgb"], "--rgb is for rgl files, and this is to be ssdd"),
         (["--rgb", "--false-colour", "650,550,450"], "--rgb and --false-colour both choose"),
     ],
 )

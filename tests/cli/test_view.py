@@ -55,9 +55,23 @@ def test_a_scan_and_its_fit_side_by_side_and_their_difference(run, scan_file, fi
         assert out.is_file()
 
 
-def test_page_and_report(run, fit_file, tmp_path):
-    pytest.importorskip("trame_vtk", reason="trame-vtk is not installed (extra 'web')")
-    assert run("view", fit_file, "--html", tmp_path / "a.html")[0] == 0
+def test_page_and_report(run, fit_file, scan_file, tmp_path):
+    start = ("--wavelength", "650", "--theta-i", "50", "--radius", "log")
+    result = run("view", fit_file, "--html", tmp_path / "a.html", *start)
+    assert result[0] == 0
+    assert "a.html, 0." in result[2]
+    assert "nm=650.0&theta_i=50.0&theta_r=50.0&scale=log" in (tmp_path / "a.html").read_text()
+    assert run("report", fit_file, scan_file, "-o", tmp_path / "b.html")[0] == 0
+    assert (tmp_path / "b.html").is_file()
+    assert_one_line(run("report", fit_file, "-o", tmp_path / "b.html"), "b.html: exists already")
+    assert_one_line(run("report", fit_file, scan_file, "-o", tmp_path / "c"), "report of one fit, not of 2")
+    html = ("--html", tmp_path / "c.html")
+    assert_one_line(run("view", fit_file, *html, "--overlay"), "--overlay belongs to pictures")
+    assert_one_line(
+        run("view", fit_file, *html, "--theta-i", "30,45"), "starts at one value and has a slider"
+    )
+    assert_one_line(run("view", fit_file, *html, "--floor", "1"), "--colour and --floor belong to pictures")
+    assert not (tmp_path / "c.html").exists()
     result = run("report", fit_file, "-o", tmp_path / "report")
     assert result[0] == 0
     assert "report.html" in result[2]

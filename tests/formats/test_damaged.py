@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+import clbrdf
 from clbrdf import InputError, Scan
 from clbrdf.formats.load import load
 from tests.formats import made_files as made
@@ -132,6 +133,44 @@ def test_a_damaged_scan_file(tmp_path, seed):
             key = list(attributes)[rng.integers(len(attributes))]
             file[name].attrs[key] = np.arange(3)
     opened_or_refused(path)
+
+
+@pytest.fixture(scope="module")
+def fit_file(tmp_path_factory):
+    rng = np.random.default_rng(1)
+    theta_r = np.tile(np.linspace(0.0, 75.0, 8), 2)
+    values = 0.2 + rng.uniform(0.0, 0.01, (16, 2))
+    scan = Scan(np.repeat([30.0, 60.0], 8), 0.0, theta_r, 180.0, [450.0, 550.0], values)
+    path = tmp_path_factory.mktemp("fit") / "fit.h5"
+    clbrdf.fit(scan).save(path)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_fit_file(tmp_path, fit_file, seed):
+    path = tmp_path / "fit.h5"
+    path.write_bytes(fit_file)
+    rng = np.random.default_rng([5, seed])
+    with h5py.File(path, "a") as file:
+        names = []
+        file["entry/fit"].visit(lambda name: names.append(f"entry/fit/{name}"))
+        name = names[rng.integers(len(names))]
+        del file[name]
+        kind = rng.integers(4)
+        if kind == 0:
+            file.create_dataset(name, shape=(10**6, 10**6), dtype="f8", chunks=(64, 64))
+        elif kind == 1:
+            file[name] = ["text", "other"]
+        elif kind == 2:
+            file.create_group(name)
+    try:
+        clbrdf.Fit.open(path)
+    except InputError as error:
+        text = str(error)
+    else:
+        return
+    assert "\n" not in text
+    assert "fit.h5" in text
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -369,6 +369,8 @@ SEMICOLONS = made.long_csv().replace(",", ";")
     [
         (b"", "is empty"),
         (b"\x89PNG\r\n\x1a\n\x00\x00\x00\r", "not a text file .byte 6 is 26., and of no known binary format"),
+        (made.long_csv().replace("\nfoil", '\n"foil', 1).encode(), "a quote that does not close"),
+        (made.bird(uBRDF=("1/sr", [math.inf] * 18)).encode(), r"bad\.csv: sigma\[0, 0\] is inf"),
         (b"hello world\n", "no data; the first line names the columns"),
         (SEMICOLONS.replace("0.01", "0;01").encode(), "9 cells, and the first line names 8"),
         (SEMICOLONS.replace("0.01", "0,01").encode(), "'0,01' is not a number; write decimal points"),

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clbrdf import Scan, evaluate
+from clbrdf import Directions, Scan, evaluate
+from clbrdf.models import get_model
 from clbrdf.viz.colour_bar import value_paint
-from clbrdf.viz.directions import unit_vectors
+from clbrdf.viz.directions import angles_of, unit_vectors
 from clbrdf.viz.lobes import FittedLobe, MeasuredLobe, joined_directions, reference_values
 from clbrdf.viz.marks import Marks
 from clbrdf.viz.mesh import LobeMesh
@@ -182,3 +183,49 @@ def test_words(small_scan):
     assert peak_text([1.0, -5.0], unit_vectors([0.0, 20.0], 0.0), None, True).startswith(
         "largest difference -5"
     )
+
+
+@pytest.fixture
+def brushed(small_scan):
+    """A lobe that is wide across and narrow along, measured at two incident azimuths, most at 60°."""
+    phi_i = np.where(np.arange(len(small_scan)) % 3 == 0, 0.0, 60.0)
+    scan = replace(small_scan, phi_i=phi_i, phi_r=180.0 + phi_i)
+    model = get_model("ggx_anisotropic")
+    values = {**{p.name: p.default for p in model.parameters}, "alpha_x": 0.05, "alpha_y": 0.4}
+    fit = fit_of(scan, FOIL)
+    parameters = {name: np.full(3, values[name]) for name in model.names}
+    fit = replace(fit, model=model, parameters=parameters, sigma=parameters)
+    return Subject("brushed", scan, fit)
+
+
+def test_an_anisotropic_lobe_goes_all_around(brushed, device):
+    """Every point of the mesh has the model's value at the incident azimuth that is shown."""
+    lobe = FittedLobe(brushed, LobeMesh(0.1, rings=20, sectors=12, even=False), device)
+    assert lobe.evaluate(1, 45.0)
+    assert lobe.values.shape == (21, 24)
+    zenith, azimuth = angles_of(lobe.vectors.reshape(-1, 3))
+    fit = brushed.fit
+    directions = Directions(45.0, 60.0, zenith, azimuth + 60.0)
+    expected = fit.model.brdf(fit.vector[1][None], fit.model.features(directions)).reshape(21, 24)
+    # Away from the mirror direction, where single precision angles decide.
+    np.testing.assert_allclose(lobe.values, expected, rtol=1e-3, atol=1e-5 * expected.max())
+    left, right = lobe.values[10, 1:12], lobe.values[10, :12:-1]
+    assert np.abs(left / right - 1.0).max() > 0.1
+    lobe.draw(RadiusScale("linear", float(lobe.values.max()), 1e-3), None)
+    points, normals = (
+        np.asarray(a).reshape(21, 24, 3) for a in (lobe.polydata.points, lobe.polydata.point_data["Normals"])
+    )
+    lengths = np.linalg.norm(points, axis=-1)
+    np.testing.assert_allclose(
+        lengths[:, :13] / lengths.max(), lobe.values[:, :13] / lobe.values.max(), atol=1e-3
+    )
+    # Normals point away from the origin where the surface does not fold back on itself.
+    outward = (normals * points).sum(axis=-1)[1:-1]
+    assert (outward > -1e-6).mean() > 0.95
+
+
+def test_points_beside_an_anisotropic_lobe_share_its_azimuth(brushed):
+    assert brushed.phi_i == 60.0
+    rows = brushed.rows(45.0)
+    assert (brushed.scan.phi_i[rows] == 60.0).all()
+    assert 0 < len(rows) < 16

@@ -12,7 +12,7 @@ import pytest
 from clbrdf import InputError, Scan
 from clbrdf.viz import demo_pictures, graphics, report, write_report
 from clbrdf.viz.curves import measured_and_model, spectral_map
-from clbrdf.viz.report import _figure
+from clbrdf.viz.report_parts import figure as drawn_figure
 from clbrdf.viz.report_words import warning_lines
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 from tests.viz.conftest import FOIL, all_masked, fit_of
@@ -76,11 +76,10 @@ def test_the_table_holds_the_parameters(pictures):
     assert float(rows[0]["sigma_r_45deg_percent"]) == pytest.approx(6.0)
 
 
-def test_the_demo_leaves_a_page_that_turns(pictures):
-    pytest.importorskip("trame_vtk", reason="trame-vtk is not installed (extra 'web')")
+def test_the_demo_leaves_a_page_that_computes(pictures):
     _, _, files, missing = pictures
     assert missing == []
-    assert files[-1].name == "lobe.html"
+    assert files[-1].name == "brdf.html"
     assert files[-1].is_file()
 
 
@@ -105,7 +104,10 @@ def test_unknown_uncertainties_are_marked(foil):
 
 
 def test_warnings(foil, small_scan):
-    assert warning_lines(foil.fit) == []
+    plane = "measured in the plane of incidence only: beside it the model is not held by any point"
+    assert warning_lines(foil.fit) == [plane]
+    poor = replace(foil.fit, relative_rms=np.full(3, 0.26))
+    assert "the model misses the data by 26 %" in warning_lines(poor)[0]
     fit = fit_of(all_masked(small_scan, 1), FOIL)
     status = np.array(["ambiguous", "no data", "converged"])
     fit = replace(fit, status=status, not_finite=np.array([3, 0, 4]), evaluations=np.array([50, 0, 50]))
@@ -137,7 +139,7 @@ def test_poor_fits_still_give_a_report(gl, small_scan, case, tmp_path):
 def test_a_figure_that_cannot_be_drawn_says_why(small_scan):
     turned = replace(small_scan, phi_r=np.full(48, 90.0), theta_r=small_scan.theta_r + 5.0)
     for draw in (measured_and_model, spectral_map):
-        text = _figure(lambda draw=draw: draw(fit_of(turned, FOIL)), "svg", "")
+        text = drawn_figure(lambda draw=draw: draw(fit_of(turned, FOIL)), "svg", "")
         assert text.startswith("<p>Not drawn: ")
         assert "plane of incidence" in text
 
@@ -147,7 +149,7 @@ def test_without_graphics_the_report_says_so_and_goes_on(no_gl, foil, tmp_path, 
     files, lines = demo_pictures(foil.fit, tmp_path)
     assert len(lines) == 1
     assert lines[0].startswith("no lobes: no OpenGL library works here")
-    assert [f.name for f in files] == ["report.html", "parameters.csv"]
+    assert [f.name for f in files] == ["report.html", "parameters.csv", "brdf.html"]
     assert "Not drawn: no OpenGL" in files[0].read_text(encoding="utf-8")
 
 

@@ -1,0 +1,142 @@
+"""Error bars where some parameters are one number for all wavelengths.
+
+As `clbrdf.fit.uncertainty`, for the system of all wavelengths. With J the derivatives at a wavelength by its
+own parameters, K those by the shared ones, T = (JᵀGJ)⁻¹ JᵀGK and U = K − J T, the shared ones deviate by
+
+    δ = S⁻¹ Σ_w UᵀG ε_w,  S = Σ_w UᵀGU,
+
+and the others at a wavelength by (JᵀGJ)⁻¹ JᵀG ε_w − T δ. Where the scan gives σ, that is the spread of ε;
+else it is taken as s_w²/g with s_w² = Σ g r² / (N − P) of each wavelength: one that fits badly says less.
+
+Source: Björck, Numerical Methods for Least Squares Problems (1996), section 6.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.fit.shared import inverse_of
+from clbrdf.fit.uncertainty import CHUNK_BYTES, SMALLEST_EIGENVALUE, Uncertainty
+from clbrdf.models import Model
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+def shared_uncertainty(
+    model: Model,
+    features: Array,
+    parameters: Array,
+    own: Mask,
+    shared: npt.NDArray[np.intp],
+    residuals: Array,
+    weights: Array,
+    sigma: Array | None,
+) -> tuple[Array, Mask]:
+    """Return the covariance (W, P, P) of the parameters at each wavelength, and which shared ones are open.
+
+    Parameters
+    ----------
+    model : Model
+    features : (N, F) float64
+    parameters : (W, P) float64
+        At the optimum.
+    own : (W, P) bool
+        Parameters of one wavelength that are fitted and off their bounds.
+    shared : (S,) int
+        Places of the shared parameters that are off their bounds.
+    residuals, weights : (W, N) float64
+        Model less measured value, 1/sr, and g; values of weight 0 are left out.
+    sigma : (W, N) float64 or None
+        Standard uncertainties of the measured values, 1/sr.
+
+    Returns
+    -------
+    (W, P, P) float64
+        0 in rows and columns of parameters that are neither own nor shared.
+    (S,) bool
+        Shared parameters that the data cannot tell.
+    """
+    w, p = parameters.shape
+    g = weights / weights.max()
+    used = weights > 0.0
+    known = sigma is not None and np.isfinite(sigma[used]).all()
+    count, left = len(shared), used.sum(axis=1) - own.sum(axis=1) - len(shared) / w
+    with np.errstate(divide="ignore"):
+        level = np.where(left > 0.0, (g * np.where(used, residuals, 0.0) ** 2).sum(axis=1) / left, np.inf)
+    inverse, follow = np.empty((w, p, p)), np.empty((w, p, count))
+    spread, cross = np.empty((w, p, p)), np.empty((w, p, count))
+    system, sandwich, whole = np.zeros((count, count)), np.zeros((count, count)), np.zeros(count)
+    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    for first in range(0, w, size):
+        rows = slice(first, first + size)
+        jacobian = model.jacobian(parameters[rows, None, :], features) * np.sqrt(g[rows])[..., None]
+        jacobian[~used[rows]] = 0.0
+        K = jacobian[..., shared]
+        J = np.where(own[rows, None, :], jacobian, 0.0)
+        inverse[rows] = inverse_of(np.swapaxes(J, 1, 2) @ J, own[rows])
+        follow[rows] = inverse[rows] @ (np.swapaxes(J, 1, 2) @ K)
+        U = K - J @ follow[rows]
+        whole += (K**2).sum(axis=(0, 1))
+        if known and sigma is not None:
+            variance = g[rows] * np.where(used[rows], sigma[rows], 0.0) ** 2
+        else:
+            finite = np.where(np.isfinite(level[rows]), level[rows], 0.0)
+            variance = np.broadcast_to(finite[:, None], g[rows].shape)
+        weighted = np.swapaxes(J * variance[..., None], 1, 2)
+        spread[rows], cross[rows] = weighted @ J, weighted @ U
+        system += np.einsum("wns,wnt->st", U, U)
+        sandwich += np.einsum("wns,wn,wnt->st", U, variance, U)
+    length = np.sqrt(np.maximum(np.diagonal(system), 1e-290))
+    values, vectors = np.linalg.eigh(system / np.outer(length, length))
+    hidden = values < SMALLEST_EIGENVALUE * used.sum()
+    inner = (vectors * np.where(hidden, 0.0, 1.0 / np.where(hidden, 1.0, values))) @ vectors.T
+    inner /= np.outer(length, length)
+    # What is left of K without the part that J can take over may be rounding alone.
+    is_open = np.diagonal(system) <= SMALLEST_EIGENVALUE * used.sum() * whole
+    is_open |= (np.abs(vectors[:, hidden]) > 1e-3).any(axis=1)
+    of_shared = inner @ sandwich @ inner
+    covariance = inverse @ spread @ inverse
+    covariance += follow @ of_shared @ np.swapaxes(follow, 1, 2)
+    mixed = inverse @ cross @ inner @ np.swapaxes(follow, 1, 2)
+    covariance -= mixed + np.swapaxes(mixed, 1, 2)
+    covariance[:, :, shared] = inverse @ cross @ inner - follow @ of_shared
+    covariance[:, shared, :] = np.swapaxes(covariance[:, :, shared], 1, 2)
+    covariance[:, shared[:, None], shared] = of_shared
+    covariance[~np.isfinite(level) & (not known)] = np.inf
+    return covariance, is_open
+
+
+def with_shared(
+    alone: Uncertainty, covariance: Array, is_open: Mask, shared: npt.NDArray[np.intp]
+) -> Uncertainty:
+    """Return the uncertainties of wavelengths whose shared parameters are not known but fitted.
+
+    Parameters
+    ----------
+    alone : Uncertainty
+        Of the parameters of each wavelength, the shared ones held.
+    covariance, is_open
+        From `shared_uncertainty`.
+    shared : (S,) int
+    """
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    undetermined = alone.undetermined.copy()
+    undetermined[:, shared] = is_open
+    fitted = ~np.isnan(alone.sigma)
+    fitted[:, shared] = True
+    sigma = np.where(undetermined, np.inf, np.where(fitted, deviation, np.nan))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    told = fitted & ~undetermined
+    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
+    return replace(
+        alone,
+        sigma=sigma,
+        correlation=correlation,
+        undetermined=undetermined,
+        determined=alone.determined & ~is_open.any(),
+    )

@@ -1,0 +1,216 @@
+"""What a page holds of a scan or a fit, as a mapping that JSON takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf import hdf5
+from clbrdf.errors import InputError
+from clbrdf.fit.result import Fit
+from clbrdf.models import NEEDS_PHI, Model
+from clbrdf.objective import WEIGHTS, weight_matrix
+from clbrdf.scan import Scan
+from clbrdf.viz.page.pack import packed, packed_angles
+from clbrdf.viz.page.promises import Promises, promises_of
+from clbrdf.viz.page.thin import LARGEST, Thinning, thinning
+from clbrdf.viz.page.tint import colour_record
+from clbrdf.viz.report_words import provenance_rows, scan_warnings, summary_rows, warning_lines
+from clbrdf.viz.subject import Subject
+
+Array = npt.NDArray[np.float64]
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class PageSubject:
+    """A scan of reflection, perhaps with its fit, under a name; `said` tells what was left out."""
+
+    name: str
+    scan: Scan
+    fit: Fit | None = None
+    source: str = ""
+    said: tuple[str, ...] = ()
+
+
+def open_for_page(path: str | Path) -> PageSubject:
+    """Read a scan or a fit file; several scans in one are named as in ``file.h5::name``.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, holds neither, or holds directions of transmission only.
+    """
+    with hdf5.open_file(path) as file:
+        content = hdf5.content_of(file)
+    fit = Fit.open(path) if content == "fit" else None
+    whole = Scan.open(path) if fit is None else fit.scan
+    scan = whole.reflection() if fit is None else whole
+    beyond = len(whole) - len(scan)
+    said = (
+        (f"{beyond} of {len(whole)} directions are of transmission and not in this page",) if beyond else ()
+    )
+    return PageSubject(whole.sample or Path(path).stem, scan, fit, Path(path).name, said)
+
+
+def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
+    """Return what a page holds of one subject.
+
+    Parameters
+    ----------
+    subject : PageSubject
+    budget : int
+        Bytes of measured values.
+    """
+    scan, fit = subject.scan, subject.fit
+    if fit is not None and scan.transmitted.any():
+        raise InputError(f"{subject.source or subject.name}: a fit of transmission has no page")
+    count = 0 if fit is None else len(fit.model.names)
+    thin = thinning(len(scan), len(scan.wavelength), budget, 24 * count + 2 * count * count + 32)
+    part = scan.rows(thin.rows).columns(thin.columns)
+    angles = part.directions
+    start = Subject(subject.name, scan, fit)
+    promises = promises_of(fit)
+    record: Json = {
+        "name": subject.name,
+        "source": subject.source,
+        "labels": list(part.labels),
+        "nm": None if part.bands else part.wavelength.tolist(),
+        "theta_i": packed_angles(angles.theta_i),
+        "phi_i": packed_angles(angles.phi_i),
+        "theta_r": packed_angles(angles.theta_r),
+        "phi": packed_angles(angles.turn),
+        "brdf": packed(part.brdf, thin.kind),
+        "sigma": None if part.sigma is None else packed(part.sigma, thin.kind),
+        "flags": packed(_first_flag(part), "u1"),
+        "flag_names": list(part.flag_names),
+        "start": {
+            "column": int(np.searchsorted(thin.columns, _column(start))),
+            "theta_i": start.default_incident(),
+        },
+        "words": [*subject.said, *thin.words],
+        "warnings": _warnings(subject, promises),
+        "summary": scan_summary(scan) if fit is None else summary_rows(fit),
+        "provenance": (
+            [(f"scan: {k}", v) for k, v in scan.provenance.items()] if fit is None else provenance_rows(fit)
+        ),
+        "promises": None if promises is None else promises.record(),
+        "colour": colour_record(part),
+        "fit": None if fit is None else fit_record(fit, thin),
+    }
+    return record
+
+
+def _column(subject: Subject) -> int:
+    return subject.column(subject.default_wavelength())
+
+
+def _first_flag(scan: Scan) -> npt.NDArray[np.uint8]:
+    """Return 0 where a value is usable, else 1 + the place of the first reason for masking."""
+    assert scan.flags is not None
+    out = np.zeros(scan.flags.shape, np.uint8)
+    for k in range(len(scan.flag_names)):
+        out[(out == 0) & ((scan.flags >> np.uint32(k)) & np.uint32(1)).astype(bool)] = k + 1
+    return out
+
+
+def scan_summary(scan: Scan) -> list[tuple[str, str]]:
+    """Return what was measured."""
+    angles = ", ".join(f"{a:g}" for a in scan.incident_angles[:24])
+    labels = scan.labels
+    return [
+        ("sample", scan.sample or "not named"),
+        ("instrument", scan.instrument or "not named"),
+        ("directions", f"{len(scan)}, incident zenith {angles}°"),
+        ("bands" if scan.bands else "wavelengths", labels[0] if len(labels) == 1 else _span(scan)),
+        ("model", "none: this is a scan that is not fitted"),
+    ]
+
+
+def _span(scan: Scan) -> str:
+    return f"{len(scan.labels)} from {scan.labels[0]} to {scan.labels[-1]}"
+
+
+def _warnings(subject: PageSubject, promises: Promises | None) -> list[str]:
+    lines = scan_warnings(subject.scan)
+    if subject.fit is not None:
+        lines = warning_lines(subject.fit)
+    return lines + (promises.warnings() if promises is not None else [])
+
+
+def model_record(model: Model) -> Json:
+    """Return a model's table; its functions are a script of their own."""
+    rows = [
+        {
+            "name": p.name,
+            "unit": "" if p.unit == "1" else p.unit,
+            "meaning": p.meaning,
+            "log": p.scale == "log",
+            "floor": p.log_floor,
+            "sign": p.sign,
+            "bounds": list(p.bounds),
+            "given": p.given,
+        }
+        for p in model.parameters
+    ]
+    return {
+        "name": model.name,
+        "title": model.title,
+        "source": model.source,
+        "parameters": rows,
+        "features": len(model.formula.features),
+        "needs_phi": bool(model.flags & NEEDS_PHI),
+    }
+
+
+def fit_record(fit: Fit, thin: Thinning) -> Json:
+    """Return what a page holds of a fit, at the wavelengths that are kept."""
+    columns = thin.columns
+    upper = np.triu_indices(len(fit.model.names), 1)
+    remarks = sorted({fit.remarks[k] for k in columns})
+    name = fit.provenance.get("weights", "")
+    weights = _named_weights(fit, name)
+    values: Json = {
+        "model": model_record(fit.model),
+        "parameters": packed(fit.vector[columns]),
+        "sigma": packed(np.stack([fit.sigma[n] for n in fit.model.names], axis=-1)[columns]),
+        "correlation": packed(fit.correlation[columns][:, upper[0], upper[1]], "f4"),
+        "E": packed(fit.objective[columns]),
+        "sigma_r": packed(fit.relative_rms[columns]),
+        "status": [str(fit.status[k]) for k in columns],
+        "remarks": remarks,
+        "remark": [remarks.index(fit.remarks[k]) for k in columns],
+        "bounds": fit.bounds.tolist() if fit.bounds.ndim == 2 else None,
+        "given": list(fit.given),
+        "method": fit.method,
+        "weights": weights or "as kept",
+        "weight_values": None,
+        "thinned": len(thin.rows) < len(fit.scan),
+    }
+    if not weights:
+        largest = np.maximum(fit.weights.max(axis=0), 1e-300)
+        values["weight_values"] = packed((fit.weights / largest)[np.ix_(thin.rows, columns)], "f4")
+    return values
+
+
+def _named_weights(fit: Fit, name: str) -> str:
+    """Return the name of the weights, if they are what the name says, else ""."""
+    for known in (name, *WEIGHTS):
+        if known in WEIGHTS and not (known == "sigma" and fit.scan.sigma is None):
+            made = weight_matrix(fit.scan, known)
+            if np.allclose(made, fit.weights, rtol=1e-9, atol=0.0):
+                return known
+    return ""
+
+
+def named(subjects: list[PageSubject]) -> list[PageSubject]:
+    """Return the subjects with the name of their file after names that occur twice."""
+    names = [s.name for s in subjects]
+    return [
+        replace(s, name=f"{s.name} ({s.source or k + 1})") if names.count(s.name) > 1 else s
+        for k, s in enumerate(subjects)
+    ]
