@@ -44,6 +44,9 @@ NOISE = 1.0
 GROWTH = 1.1
 """Least ratio of neighbouring numbers of points that uniform plans are tried with."""
 
+LARGEST_GROWTH = 1.4
+"""Largest such ratio: with few points σ falls faster than as the root of their number."""
+
 MOST = 3000
 """Points at which a uniform plan is given up."""
 
@@ -256,7 +259,7 @@ def measure_uniform(surface: Surface, rig: Rig, seed: int) -> list[Run]:
                 )
             # σ falls as the root of the number: the last steps to a target are small ones.
             missing = reached / (targets[0] * surface.power) if targets else 1.0
-            count *= max(GROWTH, min(4.0, 0.7 * missing**2))
+            count *= max(GROWTH, min(LARGEST_GROWTH, 0.7 * missing**2))
         else:
             count *= GROWTH
     return runs + [Run(surface.name, "uniform", seed, t, 0, np.nan, np.nan, np.nan) for t in targets]

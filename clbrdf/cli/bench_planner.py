@@ -9,14 +9,23 @@ import numpy as np
 
 from clbrdf.bench.planner import SURFACES, TARGETS, Run, measure_plans, sample_rig
 from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.errors import InputError
 
 SEEDS = 20
 """Repetitions of every plan, each with noise of its own."""
 
 
 def bench_planner(seeds: int | None = None) -> dict[str, Any]:
-    """Run the plans with some seeds, 20 if not given; print a table, return all numbers."""
-    count = seeds or SEEDS
+    """Run the plans with some seeds, 20 if not given; print a table, return all numbers.
+
+    Raises
+    ------
+    InputError
+        Fewer seeds than 1.
+    """
+    count = SEEDS if seeds is None else seeds
+    if count < 1:
+        raise InputError(f"--seeds {count}: give 1 or more")
     with progress_bar("plans") as report:
         runs = measure_plans(sample_rig(), count, report)
     rows = [
