@@ -22,6 +22,7 @@ from clbrdf.cli.bench_optimizers import (
     bench_references,
     check_unused,
 )
+from clbrdf.cli.bench_planner import bench_planner
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.device import Device, choose_device
@@ -36,7 +37,7 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice"],
+    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner"],
     /,
     *,
     model: Annotated[
@@ -60,7 +61,9 @@ def command(
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
         references: the reference optima of that set, searched again;
-        choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds
+        choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
+        planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
+        simulated light; --seeds
     """
     for output in (json, png):
         if output is not None:
@@ -70,7 +73,7 @@ def command(
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
     if what == "fit" and options is not None:
         check_unused(replace(options, full=False), what)
-    elif what == "choice" and options is not None:
+    elif what in ("choice", "planner") and options is not None:
         check_unused(replace(options, seeds=None), what)
     elif what != "optimizers":
         check_unused(options, what)
@@ -96,6 +99,8 @@ def command(
         content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
     elif what == "choice":
         content = bench_choice(chosen, options.seeds if options else None)
+    elif what == "planner":
+        content = bench_planner(options.seeds if options else None)
     else:
         content = bench_references()
     if json is not None:

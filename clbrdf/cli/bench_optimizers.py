@@ -63,7 +63,7 @@ class OptimizerOptions:
     optimizers: Annotated[
         str | None, Parameter(help=f"optimizers: of others ({NAMES}), and methods of clbrdf fit")
     ] = None
-    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each, 15; choice: scans, 20")] = None
+    seeds: Annotated[int | None, Parameter(help="optimizers: runs of each, 15; choice, planner: 20")] = None
     evaluations: Annotated[int | None, Parameter(help="optimizers: budget of a run; 4000")] = None
     wavelengths: Annotated[int | None, Parameter(help="optimizers: of each problem; 1, and 0 for all")] = None
     objective: Annotated[

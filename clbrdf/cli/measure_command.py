@@ -16,6 +16,7 @@ from clbrdf.cli.live_view import live_view
 from clbrdf.cli.options import Overwrite
 from clbrdf.errors import InputError
 from clbrdf.progress import Report, silent
+from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
@@ -33,6 +34,7 @@ MANY = 0.1
 """Share of flagged values from which a scan is called doubtful."""
 
 SHOWN = (
+    "target out of reach",
     "recovery",
     "point skipped",
     "lamp out of band",
@@ -132,11 +134,15 @@ def _print_outcome(output: Path, outcome: Outcome) -> None:
         ["lines in the log", f"{outcome.events}"],
     ]
     print_table(f"{output}: measured", ("quantity", "value"), rows)
+    if outcome.end:
+        print(f"the plan ended: {outcome.end}")
 
 
 def _verdict(outcome: Outcome) -> int:
     """Say loudly what makes a scan doubtful; 1 where something does."""
     complaints = [f"the direct beam was {text}" for text in outcome.changes]
+    if outcome.doubt:
+        complaints.append(f"the plan ended in doubt: {outcome.doubt}")
     worst = max(outcome.flagged.values(), default=0)
     if worst > MANY * outcome.values:
         names = ", ".join(f"{name} {count / outcome.values:.0%}" for name, count in outcome.flagged.items())
@@ -175,6 +181,9 @@ def _show(event: Event) -> None:
 
 def _print_route(path: Path, plan: Plan, rig: Rig) -> None:
     try:
+        if plan.adaptive is not None:
+            _print_candidates(path, plan, make_candidates(plan, rig))
+            return
         route = plan_route(plan, rig)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
@@ -189,6 +198,30 @@ def _print_route(path: Path, plan: Plan, rig: Rig) -> None:
         ["estimated time", _duration(route)],
     ]
     print_table(f"{path}: dry run, nothing moves", ("quantity", "value"), rows)
+
+
+def _print_candidates(path: Path, plan: Plan, candidates: Candidates) -> None:
+    settings = plan.adaptive
+    assert settings is not None
+    target = (
+        f"{settings.what()} {settings.target:.2%}" if settings.target is not None else "as much as possible"
+    )
+    limits = f"{settings.points} points"
+    if settings.time is not None:
+        limits += f", {settings.time:g} s of the rig"
+    rows = [
+        ["directions in the plan", f"{candidates.planned}"],
+        *([f"  left out: {reason}", f"{count}"] for reason, count in candidates.unreachable.items()),
+        ["directions to choose from", f"{len(candidates)}"],
+        ["model", settings.model],
+        ["target", target],
+        ["at most", limits],
+        ["start, then batches of", f"{settings.start}, {settings.batch}"],
+        ["  of each kept for validation", f"{settings.validation}"],
+        ["wavelengths", _wavelengths(plan)],
+        ["  of them fitted while measuring", f"at most {settings.wavelengths}"],
+    ]
+    print_table(f"{path}: dry run of an adaptive plan, nothing moves", ("quantity", "value"), rows)
 
 
 def _wavelengths(plan: Plan) -> str:

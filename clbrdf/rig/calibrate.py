@@ -204,7 +204,7 @@ def _fill(
     direct = table["direct"][rows]
     signal, variance = _rates(raw, rows)
     unique, back = np.unique(direct, return_inverse=True)
-    incident, incident_variance = (values[back] for values in _incident(raw, unique))
+    incident, incident_variance = (values[back] for values in incident_power(raw, unique))
     power = table["reference_power"]
     carried = (power[direct] / power[rows])[:, None]
     # A pixel without incident light says nothing about reflection there.
@@ -226,7 +226,7 @@ def _fill(
     flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
 
 
-def _incident(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+def incident_power(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the incident power P_i of (2), counts per second, (n, P), and its variance.
 
     The direct beam is it; a panel's signal is divided by what the panel sends of it to the detector.

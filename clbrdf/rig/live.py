@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.rig.alone import rows_alone
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate
 from clbrdf.rig.planfile import Plan
-from clbrdf.rig.rawscan import RawScan
 from clbrdf.rig.rigfile import Rig
-from clbrdf.rig.row import NO_ROW, SKIPPED, Row, columns, values_of
+from clbrdf.rig.row import SKIPPED, Row
 from clbrdf.rig.store import Store
 
 RECENT = 20
@@ -79,27 +78,8 @@ class Live:
         if row.flags & SKIPPED or reference is None:
             self.show(Snapshot(done, self.total, row, empty, empty, empty, remaining))
             return
-        scan = calibrate(self._raw([reference, row]), self.budget).scan
+        raw = rows_alone(self.plan, self.rig, self.store, self.store.header, [reference, row])
+        scan = calibrate(raw, self.budget).scan
         assert scan.sigma is not None
         values = np.where(scan.mask[0], np.nan, scan.brdf[0])
         self.show(Snapshot(done, self.total, row, scan.wavelength, values, scan.sigma[0], remaining))
-
-    def _raw(self, rows: list[Row]) -> RawScan:
-        """Return a raw scan of a point, its incident power and their darks, and nothing else."""
-        header = self.store.header
-        darks = [replace(self.store.dark_of(row), dark=NO_ROW) for row in rows]
-        own = [replace(row, dark=place, direct=2, rung=NO_ROW) for place, row in enumerate(rows)]
-        values = [values_of(row) for row in (*darks, *own)]
-        names = [column.name for column in columns(len(rows[0].counts))]
-        table = {name: np.stack([v[k] for v in values]) for k, name in enumerate(names)}
-        return RawScan(
-            self.plan,
-            self.rig,
-            np.array(json.loads(header["wavelength"])),
-            np.array(json.loads(header["nonlinearity"])),
-            int(header["full_scale"]),
-            header["is_discrete"] == "1",
-            table,
-            "",
-            {},
-        )

@@ -7,6 +7,7 @@ import json
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,9 @@ from clbrdf.files import check_output
 from clbrdf.hdf5 import first_line
 from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
+from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
+from clbrdf.rig.adaptive.observe import StoredRows
+from clbrdf.rig.adaptive.planner import DOUBTED, ENDED, AdaptivePlanner
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate, grid_and_weights, save_calibrated
 from clbrdf.rig.connection import nobody
@@ -60,6 +64,9 @@ class Outcome:
         Values that are no measurement at all.
     changes : tuple of str
         What the log says of a direct beam that was not what it was before.
+    end, doubt : str
+        Why an adaptive plan ended and what it reached: in `end` where all is well, in `doubt` where the
+        target was not reached or the model does not describe the surface; else "".
     """
 
     points: int
@@ -70,6 +77,8 @@ class Outcome:
     flagged: dict[str, int]
     masked: int
     changes: tuple[str, ...]
+    end: str = ""
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -147,7 +156,7 @@ def measure(
     """
     plan, rig = load_plan(plan_path), load_rig(rig_path)
     try:
-        route = plan_route(plan, rig)
+        work = _work(plan, rig)
     except InputError as error:
         raise InputError(f"{plan_path}: {error}") from error
     chosen = budget or Budget()
@@ -156,7 +165,7 @@ def measure(
         folder = run_folder(target)
         _tidy(target)
         if resume and target.exists() and not overwrite:
-            return _finished(target, plan, rig, route, folder)
+            return _finished(target, plan, rig, work, folder)
         check_output(target, overwrite)
         if folder.exists() and not resume:
             if not overwrite:
@@ -168,10 +177,10 @@ def measure(
         folder.mkdir(exist_ok=True)
         log = EventLog(log_path(folder), show)
         word = "resumed" if segments(folder) else "new"
-        log.add("rig", "start", f"clbrdf {__version__}, {len(route)} points, {word}")
-        for reason, count in route.unreachable.items():
+        log.add("rig", "start", f"clbrdf {__version__}, {_size(work)}, {word}")
+        for reason, count in work.unreachable.items():
             log.add("rig", "left out", f"{count} points {reason}")
-        _acquire(plan, rig, FixedRoute(route), folder, log, Hooks(report, check, ask, pause, live), chosen)
+        _acquire(plan, rig, work, folder, log, Hooks(report, check, ask, pause, live), chosen)
         raw = join(folder)
         calibrated = calibrate(raw, chosen)
         try:
@@ -182,24 +191,50 @@ def measure(
                 " free some space, then go on with --resume"
             ) from error
         _discard(folder)
-    return _outcome(raw, calibrated.scan, route)
+    return _outcome(raw, calibrated.scan, work)
 
 
-def _outcome(raw: RawScan, scan: Scan, route: Route) -> Outcome:
+Work = Route | Candidates
+"""What is measured: all of it, or what a planner chooses from it."""
+
+
+def _work(plan: Plan, rig: Rig) -> Work:
+    return plan_route(plan, rig) if plan.adaptive is None else make_candidates(plan, rig)
+
+
+def _size(work: Work) -> str:
+    return f"{len(work)} points" if isinstance(work, Route) else f"adaptive, {len(work)} directions"
+
+
+def _planner(plan: Plan, rig: Rig, work: Work, store: Store, log: EventLog, budget: Budget) -> Planner:
+    if isinstance(work, Route):
+        return FixedRoute(work)
+    assert plan.adaptive is not None
+    observer = StoredRows(plan, rig, store, budget)
+    return AdaptivePlanner(plan.adaptive, work, rig, observer, partial(log.add, "planner"))
+
+
+def _outcome(raw: RawScan, scan: Scan, work: Work) -> Outcome:
     mark, lines = f": {CHANGED}: ", raw.log.splitlines()
     return Outcome(
         len(scan.theta_i),
         int(np.count_nonzero(raw.rows["flags"] & SKIPPED)),
-        route.planned - len(route),
+        work.planned - len(work),
         len(lines),
         scan.brdf.size,
         scan.flag_counts(),
         int(np.count_nonzero(scan.mask)),
         tuple(line.partition(mark)[2] for line in lines if mark in line),
+        _last_said(lines, f" planner: {ENDED}: "),
+        _last_said(lines, f" planner: {DOUBTED}: "),
     )
 
 
-def _finished(target: Path, plan: Plan, rig: Rig, route: Route, folder: Path) -> Outcome:
+def _last_said(lines: list[str], mark: str) -> str:
+    return next((line.partition(mark)[2] for line in reversed(lines) if mark in line), "")
+
+
+def _finished(target: Path, plan: Plan, rig: Rig, work: Work, folder: Path) -> Outcome:
     """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
     raw = read_raw(target)
     wanted = _header(plan, rig)
@@ -208,7 +243,7 @@ def _finished(target: Path, plan: Plan, rig: Rig, route: Route, folder: Path) ->
             raise InputError(f"{target}: exists and was measured with another {key}; choose another name")
     if folder.exists():
         _discard(folder)
-    return _outcome(raw, Scan.open(target), route)
+    return _outcome(raw, Scan.open(target), work)
 
 
 def _tidy(target: Path) -> None:
@@ -227,14 +262,16 @@ def _old(folder: Path) -> Path:
 def _acquire(
     plan: Plan,
     rig: Rig,
-    planner: Planner,
+    work: Work,
     folder: Path,
     log: EventLog,
     hooks: Hooks,
     budget: Budget,
 ) -> None:
     """Connect and measure what is missing."""
-    store = Store(folder, {**_header(plan, rig), "points": str(planner.total or "")}, rig.storage.keep_free)
+    points = str(len(work)) if isinstance(work, Route) else ""
+    store = Store(folder, {**_header(plan, rig), "points": points}, rig.storage.keep_free)
+    planner = _planner(plan, rig, work, store, log, budget)
     for row in store.points:
         planner.tell(row)
     if planner.ask() is None and store.last is not None and store.last.kind in REFERENCES:

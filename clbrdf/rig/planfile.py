@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid
+from clbrdf.rig.adaptive.settings import LEAST_INCIDENT, Adaptive
 from clbrdf.tomlfile import Settings, load_toml
 
 
@@ -54,6 +55,8 @@ class Plan(DirectionGrid):
     hdr : int
         Longer integration times to measure besides, for the wavelengths with little light.
     wavelength : WavelengthGrid
+    adaptive : Adaptive or None
+        Choose among the directions while measuring, instead of taking them all.
     """
 
     sample: str = ""
@@ -69,6 +72,7 @@ class Plan(DirectionGrid):
     scans: Annotated[int, Field(ge=1, le=10_000)] = 1
     hdr: Annotated[int, Field(ge=0, le=6)] = 0
     wavelength: WavelengthGrid = WavelengthGrid()
+    adaptive: Adaptive | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Plan:
@@ -76,6 +80,14 @@ class Plan(DirectionGrid):
             raise ValueError(
                 f"longest_time {self.longest_time:g} s is below shortest_time {self.shortest_time:g} s"
             )
+        if self.adaptive is not None:
+            if self.repeats > 1:
+                raise ValueError("[adaptive] chooses each point by itself; leave repeats out")
+            if len(set(self.theta_i)) < LEAST_INCIDENT:
+                raise ValueError(
+                    f"[adaptive] needs at least {LEAST_INCIDENT} incident angles and theta_i has"
+                    f" {len(set(self.theta_i))}; give more, or leave [adaptive] out for a fixed route"
+                )
         return self
 
     def kind(self) -> str:

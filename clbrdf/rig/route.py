@@ -83,7 +83,7 @@ def plan_route(plan: Plan, rig: Rig) -> Route:
         )
     speeds = [getattr(rig.stages, name) for name in AXES]
     places = np.nonzero(usable)[0]
-    order, axes = _arrange(candidates[places], speeds, plan.order)
+    order, axes = arrange(candidates[places], speeds, plan.order)
     index = np.repeat(places[order], plan.repeats)
     axes = np.repeat(axes, plan.repeats, axis=0)
     return Route(
@@ -144,16 +144,17 @@ def _left_out(candidates: Array, reasons: npt.NDArray[np.str_]) -> npt.NDArray[n
     return np.asarray(np.isnan(candidates[..., 0]).all(axis=1) & (reasons == ""))
 
 
-def _arrange(
-    candidates: Array, stages: list[StageSettings], order: str
+def arrange(
+    candidates: Array, stages: list[StageSettings], order: str, start: Array | None = None
 ) -> tuple[npt.NDArray[np.intp], Array]:
     """Choose the order and, for each point, one of its solutions: always the nearest in travel time.
 
-    A greedy tour from the home position; the time is that of the slowest axis. Its cost grows with the
-    square of the number of points, so many are taken in portions of neighbouring lamp angles.
+    A greedy tour from `start` (3,), degrees, the home position if not given; the time is that of the slowest
+    axis. Its cost grows with the square of the number of points, so many are taken in portions of
+    neighbouring lamp angles.
     """
     count = len(candidates)
-    here = np.zeros(3)
+    here = np.zeros(3) if start is None else start
     chosen, axes = np.empty(count, np.intp), np.empty((count, 3))
     places = np.arange(count)
     if order == "shortest" and count > MOST_AT_ONCE:
@@ -162,7 +163,7 @@ def _arrange(
         left = places[first : first + MOST_AT_ONCE]
         for k in range(first, first + len(left)):
             pool = left[:1] if order == "given" else left
-            times = _travel_times(candidates[pool] - here, stages)
+            times = travel_times(candidates[pool] - here, stages)
             times = np.where(np.isnan(times), np.inf, times)
             place, branch = np.unravel_index(np.argmin(times), times.shape)
             here = candidates[pool[place], branch]
@@ -171,7 +172,7 @@ def _arrange(
     return chosen, axes
 
 
-def _travel_times(distances: Array, stages: list[StageSettings]) -> Array:
+def travel_times(distances: Array, stages: list[StageSettings]) -> Array:
     """Seconds of moves (..., 3), the slowest axis deciding."""
     times = []
     for k, stage in enumerate(stages):
@@ -189,19 +190,24 @@ def _travel_times(distances: Array, stages: list[StageSettings]) -> Array:
 
 def _duration(axes: Array, stages: list[StageSettings], plan: Plan, rig: Rig) -> float:
     """Travel, exchanges, spectra, darks and references, s."""
-    travel = float(_travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), stages).sum())
+    travel = float(travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), stages).sum())
     integration = TYPICAL_INTEGRATION if plan.integration_time == "auto" else plan.integration_time
     spectrum = integration * plan.scans + _wire_time(rig.spectrometer, SPECTRUM_BYTES)
-    exchanges = STAGE_EXCHANGES * (STAGE_REPLY + _wire_time(rig.stages, BYTES_PER_EXCHANGE))
-    exchanges += REFERENCE_EXCHANGES * (REFERENCE_REPLY + _wire_time(rig.reference, BYTES_PER_EXCHANGE))
-    longest = float(max(_travel_times(np.full((1, 3), 90.0), stages)))
+    longest = float(max(travel_times(np.full((1, 3), 90.0), stages)))
     homing = 3.0 * rig.stages.homing_time / 4.0
-    points = homing + travel + len(axes) * (exchanges + spectrum + rig.stages.settle)
+    points = homing + travel + len(axes) * (integration * plan.scans + overhead(rig))
     references = (len(axes) / plan.reference_every + 1.0) * (4.0 * spectrum + 2.0 * longest)
     darks = (points + references) / plan.dark_time
     if plan.dark_every is not None:
         darks = max(darks, len(axes) / plan.dark_every)
     return points + references + darks * (4.0 * spectrum + 2.0 * rig.spectrometer.shutter_time)
+
+
+def overhead(rig: Rig) -> float:
+    """Seconds that a point takes besides travel and exposure: exchanges, the spectrum's way, settling."""
+    exchanges = STAGE_EXCHANGES * (STAGE_REPLY + _wire_time(rig.stages, BYTES_PER_EXCHANGE))
+    exchanges += REFERENCE_EXCHANGES * (REFERENCE_REPLY + _wire_time(rig.reference, BYTES_PER_EXCHANGE))
+    return exchanges + _wire_time(rig.spectrometer, SPECTRUM_BYTES) + rig.stages.settle
 
 
 def _wire_time(section: Settings, count: int) -> float:

@@ -122,6 +122,7 @@ class Store:
         self.base_power: float | None = None
         self._writer: SegmentWriter | None = None
         self._darks: dict[int, Row] = {}
+        self._references: dict[int, Row] = {}
         check_segments(segments(folder))
         for path in segments(folder):
             found = read_header(path)
@@ -153,6 +154,10 @@ class Store:
         """Return the dark row that a committed row uses."""
         return self._darks[row.dark]
 
+    def reference_of(self, row: Row) -> Row:
+        """Return the row of the incident power that a committed point uses."""
+        return self._references[row.direct]
+
     def _note(self, row: Row) -> int:
         place, self.rows = self.rows, self.rows + 1
         self.last = row
@@ -161,7 +166,7 @@ class Store:
             if not row.flags & (SKIPPED | SATURATED):
                 self._compare(row)
         elif row.kind in REFERENCES:
-            self.reference = row
+            self.reference = self._references[place] = row
             self.base_power = self.base_power or row.reference_power
         elif row.kind == DARK:
             self._darks[place] = row
