@@ -6,7 +6,10 @@ and pauses there; `fg` goes on.
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
+import weakref
 from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
@@ -50,7 +53,10 @@ class StopRequest:
             signal.signal(number, signal.SIG_IGN if self.is_asked else handler)
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
+        if self.is_asked and frame is not None and frame.f_code.co_filename == weakref.__file__:
+            # What is raised in a callback of a weak reference is lost: the signal comes once more.
+            threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
+            return
         if self.is_asked:
             raise KeyboardInterrupt
         self.is_asked = True

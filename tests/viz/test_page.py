@@ -168,6 +168,7 @@ def test_every_control_by_mouse_and_keyboard(show, foil_page):
     find("#less").click()
     assert shows(browser, "theta_i_deg", 30.0)
     find("#more").click()
+    assert shows(browser, "theta_i_deg", 45.0)
     find("#theta-i").send_keys(Keys.ARROW_RIGHT * 2)
     assert shows(browser, "theta_i_deg", 46.0)
     assert "not measured" in find("#theta-i-now").text
