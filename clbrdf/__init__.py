@@ -10,8 +10,8 @@ from clbrdf.errors import ClbrdfError, DeviceError, InputError
 from clbrdf.evaluate import evaluate
 from clbrdf.fit import Fit, fit
 from clbrdf.geometry import Directions
+from clbrdf.opencl.cheapest import choose_precision
 from clbrdf.scan import Scan
-from clbrdf.tolerance import choose_precision
 
 __all__ = [
     "Choice",

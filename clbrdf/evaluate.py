@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, check_reflection
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.precision import get_precision
-from clbrdf.tolerance import choose_precision
-from clbrdf.values import evaluate_directions
+from clbrdf.opencl.cheapest import choose_precision
+from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import evaluate_directions
 
 Array = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 MOST_POINTS = 1_000_000
 

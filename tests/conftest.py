@@ -11,7 +11,7 @@ import pytest
 from hypothesis import settings
 
 from clbrdf import Scan
-from clbrdf.device import Device, list_devices
+from clbrdf.opencl.device import Device, list_devices
 
 # Property tests have no time limit for one example: the machine may be busy with others.
 settings.register_profile("clbrdf", deadline=None, derandomize=True)

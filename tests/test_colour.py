@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clbrdf import InputError, cie
+from clbrdf import InputError
 from clbrdf.colour import (
     ILLUMINANTS,
+    cie,
     colour_weights,
     encode_srgb,
     get_illuminant,

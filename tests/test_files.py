@@ -7,7 +7,7 @@ import json
 import pytest
 
 from clbrdf import InputError
-from clbrdf.files import check_output, whole_file, whole_text
+from clbrdf.storage.files import check_output, whole_file, whole_text
 
 
 def test_a_failure_leaves_nothing(tmp_path):

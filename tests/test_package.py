@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clbrdf import Scan, hdf5
+from clbrdf import Scan
 from clbrdf.models import get_model
 from clbrdf.scans import sample_scan, sample_scene
 from clbrdf.scene import load_scene, simulate
+from clbrdf.storage import hdf5
 from tests.reference import naive
 
 ROOT = Path(__file__).resolve().parents[1]

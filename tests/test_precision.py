@@ -10,7 +10,7 @@ import clbrdf
 from clbrdf import InputError
 from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.models import get_model
-from clbrdf.precision import PRECISIONS, get_precision
+from clbrdf.opencl.precision import PRECISIONS, get_precision
 from tests.models.test_wang2013 import domain_points, pairwise
 from tests.reference import exact
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import clbrdf
 from clbrdf import Directions, InputError, Scan
-from clbrdf.flags import FLAGS, translated
 from clbrdf.scan import open_scans, save_scans
+from clbrdf.scan.flags import FLAGS, translated
 
 azimuth = st.floats(0.0, 359.999)
 view = st.floats(0.0, 180.0).filter(lambda angle: angle != 90.0)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from clbrdf import InputError, Scan
-from clbrdf.scan import FLAGS
+from clbrdf.scan.flags import FLAGS
 
 ARRAYS = ("theta_i", "phi_i", "theta_r", "phi_r", "wavelength", "brdf", "sigma", "flags")
 any_value = st.one_of(

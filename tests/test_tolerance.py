@@ -7,10 +7,10 @@ import pytest
 
 import clbrdf
 from clbrdf import InputError, choose_precision
-from clbrdf.answers import keep_answer, read_answer
 from clbrdf.models import get_model
-from clbrdf.precision import PRECISIONS
-from clbrdf.tolerance import TOPIC, known_costs, measure_costs
+from clbrdf.opencl.answers import keep_answer, read_answer
+from clbrdf.opencl.cheapest import TOPIC, known_costs, measure_costs
+from clbrdf.opencl.precision import PRECISIONS
 
 
 @pytest.fixture(autouse=True)

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.files import whole_file
 from clbrdf.fit import Fit
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
+from clbrdf.storage.files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from clbrdf.device import Device
 from clbrdf.fit.result import Fit
+from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.viz.page import PageSubject, save_page
 from clbrdf.viz.report import write_report

@@ -7,12 +7,12 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
-from clbrdf.precision import Precision, get_precision
-from clbrdf.program import Variant, build, upload
-from clbrdf.values import Launcher, features_in_parts
+from clbrdf.opencl.device import Device, choose_device, open_queue
+from clbrdf.opencl.precision import Precision, get_precision
+from clbrdf.opencl.program import Variant, build, upload
+from clbrdf.opencl.values import Launcher, features_in_parts
 from clbrdf.viz.directions import angles_of
 from clbrdf.viz.mesh import LobeMesh
 

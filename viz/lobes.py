@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device
+from clbrdf.opencl.device import Device
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.evaluator import mesh_evaluator
 from clbrdf.viz.mesh import LobeMesh, whole

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device
 from clbrdf.errors import InputError
+from clbrdf.opencl.device import Device
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint, reference_values
 from clbrdf.viz.marks import Marks

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clbrdf.choose.result import Choice
-from clbrdf.device import Device
 from clbrdf.errors import ClbrdfError, InputError
-from clbrdf.files import check_output, whole_file, whole_text
 from clbrdf.fit.result import Fit
+from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
+from clbrdf.storage.files import check_output, whole_file, whole_text
 from clbrdf.viz.choice_report import choice_sections
 from clbrdf.viz.curves import measured_and_model, spectral_map
 from clbrdf.viz.graphics import GraphicsError, require_off_screen

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from clbrdf.colour import check_spectrum, colour_weights
-from clbrdf.device import Device
 from clbrdf.errors import InputError
+from clbrdf.opencl.device import Device
 from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
 from clbrdf.viz.colour import chromatic_rgb
 from clbrdf.viz.colour_bar import value_paint

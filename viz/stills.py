@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.files import check_output, whole_file
 from clbrdf.progress import Report, silent
+from clbrdf.storage.files import check_output, whole_file
 from clbrdf.viz.scene import Scene
 
 Pixels = npt.NDArray[np.uint8]

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.models import NEEDS_PHI
 from clbrdf.scan import Scan
+from clbrdf.storage import hdf5
 from clbrdf.viz.mesh import WIDEST
 
 Array = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clbrdf.device import Device
+from clbrdf.opencl.device import Device
 from clbrdf.viz.graphics import require_off_screen
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.panel import Entry

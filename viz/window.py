@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from clbrdf.device import Device
+from clbrdf.opencl.device import Device
 from clbrdf.viz.control import Control
 from clbrdf.viz.cut import Cut
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.bench.workload import median_seconds, workload
-from clbrdf.device import Device
 from clbrdf.evaluate import evaluate_reference
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.batch import batch_objective, prepare_objective
@@ -24,11 +23,12 @@ from clbrdf.fit.solve import Solution, solve
 from clbrdf.geometry import Directions
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.precision import PRECISIONS, Precision, get_precision
+from clbrdf.opencl.device import Device
+from clbrdf.opencl.precision import PRECISIONS, Precision, get_precision
+from clbrdf.opencl.values import evaluate_directions
 from clbrdf.progress import Report, silent
 from clbrdf.reflectance import Grid, graded_grid, uniform_grid
 from clbrdf.scan import Scan
-from clbrdf.values import evaluate_directions
 
 Array = npt.NDArray[np.float64]
 

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from numpy.polynomial import legendre
 
 from clbrdf.choose import Choice, choose
-from clbrdf.device import Device
 from clbrdf.geometry import Directions
 from clbrdf.models import get_model
+from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 

@@ -15,12 +15,12 @@ import numpy.typing as npt
 
 from clbrdf.bench.problems import BenchProblem
 from clbrdf.bench.references import problem_of
-from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, fit
 from clbrdf.fit.methods import get_method
 from clbrdf.fit.problem import Problem
 from clbrdf.models import get_model
+from clbrdf.opencl.device import Device
 from clbrdf.optimizers import OPTIMIZERS, minimise
 from clbrdf.optimizers.device_objective import DeviceObjective
 from clbrdf.optimizers.gap import relative_gap, target_value

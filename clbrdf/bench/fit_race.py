@@ -20,13 +20,13 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.bench.memory import peak_memory
-from clbrdf.device import Device
 from clbrdf.errors import DeviceError
 from clbrdf.fit import given_parameters
 from clbrdf.fit.problem import make_problem
 from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, SIGNED, Model, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.opencl.device import Device
 from clbrdf.optimizers import minimise
 from clbrdf.optimizers.objective import NumpyObjective
 from clbrdf.progress import Report, silent
@@ -234,8 +234,8 @@ def fit_in_child(
 
 def child() -> None:
     """Fit the scan that the command line tells; print seconds, peak memory and E as JSON."""
-    from clbrdf.device import choose_device
     from clbrdf.fit import fit
+    from clbrdf.opencl.device import choose_device
 
     task: dict[str, Any] = json.loads(sys.argv[1])
     device, method = choose_device(task["device"]), task["method"]

@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from clbrdf.device import Device, open_queue
 from clbrdf.evaluate import evaluate
 from clbrdf.models import get_model
-from clbrdf.precision import PRECISIONS, get_precision
-from clbrdf.program import Variant, build
+from clbrdf.opencl.device import Device, open_queue
+from clbrdf.opencl.precision import PRECISIONS, get_precision
+from clbrdf.opencl.program import Variant, build
+from clbrdf.opencl.values import feature_rows, features_in_parts, upload_features, upload_parameters
 from clbrdf.progress import Report, silent
 from clbrdf.scene.scenefile import Scene
 from clbrdf.scene.simulate import Setting, set_up, values_of
 from clbrdf.scene.stream import stream
-from clbrdf.values import feature_rows, features_in_parts, upload_features, upload_parameters
 
 ROUNDS = 15
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clbrdf.bench.fit_race import BUDGETS, fit_in_child, found_share, peer_places, race_peer
-from clbrdf.device import Device
+from clbrdf.opencl.device import Device
 
 PEER = "least-squares"
 

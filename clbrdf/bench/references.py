@@ -17,12 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.bench.problems import BenchProblem
-from clbrdf.device import choose_device
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.fit import given_parameters
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
 from clbrdf.optimizers.objective import NumpyObjective

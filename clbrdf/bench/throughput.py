@@ -18,13 +18,13 @@ from clbrdf.bench.peers.c_peer import c_objective
 from clbrdf.bench.peers.numba_peer import numba_objective
 from clbrdf.bench.peers.numpy_peer import numpy_objective
 from clbrdf.bench.workload import workload
-from clbrdf.device import Device, open_queue
 from clbrdf.fit.batch import prepare_objective
 from clbrdf.fit.problem import Problem
-from clbrdf.lanes import Lanes, lanes_of
 from clbrdf.models import get_model
-from clbrdf.precision import PRECISIONS, Precision, get_precision
-from clbrdf.program import Variant, build
+from clbrdf.opencl.device import Device, open_queue
+from clbrdf.opencl.lanes import Lanes, lanes_of
+from clbrdf.opencl.precision import PRECISIONS, Precision, get_precision
+from clbrdf.opencl.program import Variant, build
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
@@ -178,7 +178,7 @@ def _start_in_child(folder: Path) -> dict[str, float]:
 def child() -> None:
     """Print the seconds to the first values of the model, and the median of one-value evaluations."""
     from clbrdf.bench.workload import median_seconds
-    from clbrdf.device import choose_device
+    from clbrdf.opencl.device import choose_device
 
     start = time.perf_counter()
     device = choose_device()

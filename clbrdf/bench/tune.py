@@ -14,10 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from clbrdf.bench.workload import objective_rate
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import DeviceError
-from clbrdf.lanes import Lanes, keep_answers
-from clbrdf.precision import get_precision
+from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.lanes import Lanes, keep_answers
+from clbrdf.opencl.precision import get_precision
 from clbrdf.progress import Report, silent
 
 WIDTHS = {"float32": (4, 8, 16), "float64": (2, 4, 8)}

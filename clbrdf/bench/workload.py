@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device
 from clbrdf.fit.batch import prepare_objective
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.geometry import Directions
-from clbrdf.lanes import Lanes
 from clbrdf.models import Model, get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.precision import Precision
+from clbrdf.opencl.device import Device
+from clbrdf.opencl.lanes import Lanes
+from clbrdf.opencl.precision import Precision
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]

@@ -15,11 +15,11 @@ from clbrdf.choose.residuals import worst_places
 from clbrdf.choose.result import Choice, Ranked
 from clbrdf.choose.rule import one_standard_error
 from clbrdf.choose.verdict import verdict
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.fit import fit
 from clbrdf.models import Model, Page
 from clbrdf.objective import weight_matrix
+from clbrdf.opencl.device import Device, choose_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 

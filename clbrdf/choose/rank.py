@@ -15,8 +15,8 @@ from clbrdf.choose.leave_out import leave_out
 from clbrdf.choose.residuals import lag_one_correlation, mean_residuals
 from clbrdf.choose.result import Ranked
 from clbrdf.choose.surface import behaviour
-from clbrdf.device import Device
 from clbrdf.fit import Fit, fit
+from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]

@@ -10,7 +10,6 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.choose import storage
 from clbrdf.choose.candidates import Skipped
 from clbrdf.choose.rule import one_standard_error
@@ -19,6 +18,7 @@ from clbrdf.fit.result import Fit
 from clbrdf.geometry import read_only
 from clbrdf.models import get_model
 from clbrdf.scan import Scan
+from clbrdf.storage import hdf5
 
 Array = npt.NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clbrdf import hdf5
 from clbrdf.choose.candidates import Skipped
 from clbrdf.fit.result import Fit
 from clbrdf.models import get_model
+from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py

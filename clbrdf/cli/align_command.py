@@ -13,7 +13,6 @@ from cyclopts import Parameter
 from clbrdf.cli.console import print_table
 from clbrdf.cli.options import JsonFile, Overwrite
 from clbrdf.errors import InputError
-from clbrdf.files import check_output, whole_text
 from clbrdf.rig.align import Alignment, align
 from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import InstrumentError, StoppedError
@@ -25,6 +24,7 @@ from clbrdf.rig.lightmeter import LightMeter
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.stagesettings import AXES
 from clbrdf.rig.terminal import make_ask
+from clbrdf.storage.files import check_output, whole_text
 
 INTERRUPTED = 130
 

@@ -18,8 +18,8 @@ from clbrdf.bench.choice import (
     truths,
 )
 from clbrdf.cli.console import print_table, progress_bar, stdout_console
-from clbrdf.device import Device
 from clbrdf.errors import InputError
+from clbrdf.opencl.device import Device
 
 
 def bench_choice(device: Device, seeds: int | None = None) -> dict[str, Any]:

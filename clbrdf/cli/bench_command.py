@@ -25,12 +25,12 @@ from clbrdf.cli.bench_optimizers import (
 from clbrdf.cli.bench_planner import bench_planner
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.models import DEFAULT_MODEL
+from clbrdf.opencl.device import Device, choose_device
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
+from clbrdf.storage.files import check_apart, check_output, whole_text
 from clbrdf.viz.curves import save_figure
 
 FIT_WAVELENGTHS = 16

@@ -22,8 +22,8 @@ from clbrdf.bench.fit_race import (
     seconds_by_size,
 )
 from clbrdf.cli.console import print_table, progress_bar, stdout_console
-from clbrdf.device import Device
 from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.opencl.device import Device
 
 
 def bench_fit(device: Device, full: bool = False, model: str = DEFAULT_MODEL) -> dict[str, Any]:

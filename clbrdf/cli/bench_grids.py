@@ -9,7 +9,7 @@ import numpy as np
 
 from clbrdf.bench.grids import GridRun, measure_grids
 from clbrdf.cli.console import print_table, progress_bar
-from clbrdf.device import Device
+from clbrdf.opencl.device import Device
 
 REFERENCE = {"in memory": "evaluate", "hemisphere": "kernel alone"}
 """What a grid's times are compared with, in the same precision."""

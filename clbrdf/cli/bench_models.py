@@ -13,8 +13,8 @@ from clbrdf.bench.fit_race import FOUND
 from clbrdf.bench.model_race import PEER, race_model
 from clbrdf.bench.throughput import Contender, model_contenders, race
 from clbrdf.cli.console import print_table, progress_bar, stdout_console
-from clbrdf.device import Device
 from clbrdf.models import get_model, model_names
+from clbrdf.opencl.device import Device
 
 SUMS = (
     "ggx+lambert",

@@ -27,10 +27,10 @@ from clbrdf.bench.references import LONG, find_references, problem_of, reference
 from clbrdf.bench.verdict import QUALITY, title, verdict
 from clbrdf.cli.console import number, print_table, progress_bar, stdout_console
 from clbrdf.cli.options import parameter_map
-from clbrdf.device import Device
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
 from clbrdf.models import DEFAULT_MODEL, get_model
+from clbrdf.opencl.device import Device
 from clbrdf.optimizers import OPTIMIZERS
 from clbrdf.optimizers.processes import usable_cores
 from clbrdf.scan import Scan

@@ -9,10 +9,10 @@ import numpy as np
 from clbrdf.cli.console import number, print_table
 from clbrdf.cli.options import JsonFile, Overwrite
 from clbrdf.errors import InputError
-from clbrdf.files import check_output, whole_text
 from clbrdf.rig.budget import GROUPS, Budget, group_percent, kind_percent, load_budget, total_percent
 from clbrdf.rig.calibrate import Calibrated, calibrate
 from clbrdf.rig.rawscan import read_raw
+from clbrdf.storage.files import check_output, whole_text
 
 KIND_WORDS = {"scale": "scale", "point": "by point"}
 

@@ -10,12 +10,12 @@ import numpy as np
 from clbrdf.cli.console import number, print_table
 from clbrdf.cli.options import Output, Overwrite
 from clbrdf.errors import InputError
-from clbrdf.files import check_output
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.calibrate import calibrate, save_calibrated
 from clbrdf.rig.planfile import WavelengthGrid
 from clbrdf.rig.rawscan import RawScan, read_raw
 from clbrdf.rig.rigfile import load_rig
+from clbrdf.storage.files import check_output
 
 
 def command(

@@ -13,13 +13,13 @@ from clbrdf.cli.choice_table import choice_content, print_choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed
 from clbrdf.cli.provenance import made_by
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output, whole_text
 from clbrdf.fit import METHODS
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.objective import WEIGHTS
+from clbrdf.opencl.device import Device, choose_device
 from clbrdf.scan import Scan
+from clbrdf.storage.files import check_apart, check_output, whole_text
 
 
 def command(

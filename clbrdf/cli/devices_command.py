@@ -11,8 +11,8 @@ from clbrdf.bench.tune import Trial, tune
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName
 from clbrdf.cli.rig_devices import print_rig_devices
-from clbrdf.device import Device, choose_device, list_devices
-from clbrdf.lanes import lanes_of, read_answers
+from clbrdf.opencl.device import Device, choose_device, list_devices
+from clbrdf.opencl.lanes import lanes_of, read_answers
 
 
 def command(

@@ -10,12 +10,12 @@ from cyclopts import Parameter
 
 from clbrdf.cli.console import print_table
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite, number_list, parameter_map
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.evaluate import WORTH_MEASURING, evaluate, with_wavelength
-from clbrdf.files import whole_text
 from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, Model, get_model
-from clbrdf.tolerance import choose_precision
+from clbrdf.opencl.cheapest import choose_precision
+from clbrdf.opencl.device import Device, choose_device
+from clbrdf.storage.files import whole_text
 
 MOST_TABLE_ROWS = 2000
 """Longer results are printed line by line in fixed columns: a table would have to be held as a whole."""

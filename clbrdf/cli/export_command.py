@@ -14,8 +14,8 @@ from clbrdf.cli.export_table import Chosen, export_table
 from clbrdf.cli.options import Output, Overwrite, number_list
 from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart
 from clbrdf.formats.registry import format_for_writing
+from clbrdf.storage.files import check_apart
 
 
 def command(

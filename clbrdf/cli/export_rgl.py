@@ -13,11 +13,11 @@ from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.export_table import Chosen
 from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError
-from clbrdf.files import check_output
 from clbrdf.formats.rgl.accuracy import FIRST_INCIDENT, LARGEST_VIEW, LAST_INCIDENT
 from clbrdf.formats.rgl.export import Export, export_material
 from clbrdf.formats.rgl.tables import write_tables
 from clbrdf.render.sources import Source, at_wavelengths, in_colour, in_false_colour, open_source
+from clbrdf.storage.files import check_output
 
 
 @dataclass(frozen=True, eq=False)

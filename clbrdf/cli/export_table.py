@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.cli.console import print_table
 from clbrdf.colour import rgb_weights
 from clbrdf.errors import InputError
-from clbrdf.files import check_output, whole_file
 from clbrdf.fit.result import Fit
-from clbrdf.flags import FLAGS, for_other_reasons
 from clbrdf.formats.grow import FIRST, LARGEST_VIEW, LAST, Grown, grow
 from clbrdf.formats.merl import node_directions
 from clbrdf.formats.registry import Format
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import FLAGS, for_other_reasons
+from clbrdf.storage import hdf5
+from clbrdf.storage.files import check_output, whole_file
 
 GROWN = ("ssdd", "zemax")
 """Formats of a grid about the specular direction."""

@@ -14,16 +14,16 @@ from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
-from clbrdf.device import choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output, sha256, whole_text
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
+from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
+from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
 
 
 def command(

@@ -7,7 +7,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from clbrdf import hdf5
 from clbrdf.choose import Choice
 from clbrdf.cli.checks import print_fit_checks
 from clbrdf.cli.choice_table import print_choice
@@ -17,6 +16,7 @@ from clbrdf.fit.result import Fit
 from clbrdf.rig.follow import Progress
 from clbrdf.rig.follow import follow as follow_measurement
 from clbrdf.scan import Scan, open_scans
+from clbrdf.storage import hdf5
 
 
 def command(

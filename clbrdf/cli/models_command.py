@@ -8,8 +8,8 @@ from cyclopts import Parameter
 
 from clbrdf.cli.console import number, print_table, stdout_console
 from clbrdf.cli.options import JsonFile, Overwrite
-from clbrdf.files import whole_text
 from clbrdf.models import Flags, Model, get_model, model_names
+from clbrdf.storage.files import whole_text
 
 FLAG_WORDS = {
     Flags.RECIPROCAL: "reciprocal",

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from clbrdf import __version__
-from clbrdf.files import sha256
+from clbrdf.storage.files import sha256
 
 
 def made_by(

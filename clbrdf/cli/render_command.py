@@ -11,7 +11,6 @@ from clbrdf.cli.export_rgl import percent, run_export
 from clbrdf.cli.options import Output, Overwrite, number_list
 from clbrdf.colour import DEFAULT_ILLUMINANT
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output
 from clbrdf.render.picture import (
     HEIGHT,
     SAMPLES,
@@ -23,6 +22,7 @@ from clbrdf.render.picture import (
     save_picture,
 )
 from clbrdf.render.sources import in_colour, in_false_colour, open_source
+from clbrdf.storage.files import check_apart, check_output
 
 MOST_SAMPLES, LEAST_WIDTH, MOST_WIDTH = 4096, 100, 4000
 

@@ -10,10 +10,10 @@ from cyclopts import Parameter
 from clbrdf.choose import Choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite
-from clbrdf.device import choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output
 from clbrdf.fit import Fit
+from clbrdf.opencl.device import choose_device
+from clbrdf.storage.files import check_apart, check_output
 
 PAGE_ENDINGS = (".html", ".htm")
 

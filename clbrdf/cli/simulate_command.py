@@ -12,10 +12,9 @@ from clbrdf.cli.checks import print_surface_checks, say
 from clbrdf.cli.console import number, print_table, progress_bar
 from clbrdf.cli.options import DeviceName, Overwrite
 from clbrdf.cli.provenance import made_by
-from clbrdf.device import choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_apart, check_output
-from clbrdf.precision import get_precision
+from clbrdf.opencl.device import choose_device
+from clbrdf.opencl.precision import get_precision
 from clbrdf.scene.ledger import Ledger, keep_ledger
 from clbrdf.scene.random_numbers import LARGEST_SEED
 from clbrdf.scene.reduce import reduce_scene
@@ -23,6 +22,7 @@ from clbrdf.scene.scenefile import load_scene
 from clbrdf.scene.simulate import Setting, set_up
 from clbrdf.scene.stream import Streamed, stream
 from clbrdf.scene.surface import ModelSurface
+from clbrdf.storage.files import check_apart, check_output
 
 Flag = Parameter(negative="")
 

@@ -11,9 +11,9 @@ from cyclopts import Parameter
 
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite, number_list
-from clbrdf.device import choose_device
 from clbrdf.errors import InputError
-from clbrdf.files import check_output
+from clbrdf.opencl.device import choose_device
+from clbrdf.storage.files import check_output
 
 if TYPE_CHECKING:
     from clbrdf.viz.panel import Entry

@@ -9,7 +9,6 @@ from dataclasses import asdict
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
@@ -27,6 +26,7 @@ from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.opencl.device import Device, choose_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import open_queue
 from clbrdf.fit.problem import Problem
-from clbrdf.lanes import Lanes, lanes_of
-from clbrdf.precision import Precision
-from clbrdf.program import Variant, build, upload, work_group
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.lanes import Lanes, lanes_of
+from clbrdf.opencl.precision import Precision
+from clbrdf.opencl.program import Variant, build, upload, work_group
 
 Array = npt.NDArray[np.float64]
 

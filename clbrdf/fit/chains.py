@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from clbrdf.device import open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
-from clbrdf.precision import get_precision
-from clbrdf.program import Variant, build, upload, work_group
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.program import Variant, build, upload, work_group
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ChainSettings:
     starts : int
         Best chains that go on to the polish.
     precision : str
-        Arithmetic of the chains (clbrdf.precision).
+        Arithmetic of the chains (clbrdf.opencl.precision).
     polish : "none", "single" or "double"
         How far the ends are polished; the usual way is to the last digit in double precision.
     """

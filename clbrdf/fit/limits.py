@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from clbrdf.fit.polish import AS_LOW, MOST_ITERATIONS, TOLERANCE, descend
 from clbrdf.fit.problem import Problem
-from clbrdf.precision import get_precision
+from clbrdf.opencl.precision import get_precision
 
 Array = npt.NDArray[np.float64]
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.chains import free_linear, search_library
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.fit.thin import thinned
-from clbrdf.precision import get_precision
-from clbrdf.program import Variant, build, upload, work_group
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.program import Variant, build, upload, work_group
 from clbrdf.progress import Report
 
 Array = npt.NDArray[np.float64]

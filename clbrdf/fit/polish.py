@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
-from clbrdf.precision import Precision, get_precision
-from clbrdf.program import Variant, build, upload, work_group
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.precision import Precision, get_precision
+from clbrdf.opencl.program import Variant, build, upload, work_group
 
 Array = npt.NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device
 from clbrdf.geometry import mirror_distance
 from clbrdf.models import Model
 from clbrdf.objective import residual_scale
+from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, read_only
 from clbrdf.models import Model, remade
 from clbrdf.scan import Scan
-from clbrdf.schema import check_sizes
+from clbrdf.storage import hdf5
+from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py

@@ -36,7 +36,7 @@ from clbrdf.fit.polish import AS_LOW, EXACT, MOST_ITERATIONS, TOLERANCE, descend
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.solve import Solution, joined, solve
 from clbrdf.models import Model
-from clbrdf.precision import get_precision
+from clbrdf.opencl.precision import get_precision
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import units
 from clbrdf.errors import InputError
 from clbrdf.formats.bird_write import write
 from clbrdf.formats.reading import SURE as ALL
@@ -23,6 +22,7 @@ from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.table import long_reading
 from clbrdf.formats.text import read_text
+from clbrdf.storage import units
 
 Array = npt.NDArray[np.float64]
 

@@ -24,7 +24,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS, MOST_FLAGS
 from clbrdf.formats.columns_write import SETTLED, write
 from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns
 from clbrdf.formats.reading import SURE as SURE_ALL
@@ -33,7 +32,8 @@ from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
 from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
 from clbrdf.formats.table import long_reading
 from clbrdf.formats.text import read_text
-from clbrdf.units import LENGTH, LONGEST, SHORTEST
+from clbrdf.scan.flags import FLAGS, MOST_FLAGS
+from clbrdf.storage.units import LENGTH, LONGEST, SHORTEST
 
 Array = npt.NDArray[np.float64]
 

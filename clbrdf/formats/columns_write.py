@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clbrdf.flags import FLAGS
 from clbrdf.formats.software import VERSION
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import FLAGS
 
 SETTLED = "# written by clbrdf"
 """A file that begins so is believed: its conventions were settled before it was written."""

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.units import LENGTH, LONGEST, SHORTEST, factor
+from clbrdf.storage.units import LENGTH, LONGEST, SHORTEST, factor
 
 Array = npt.NDArray[np.float64]
 

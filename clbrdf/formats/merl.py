@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS
 from clbrdf.formats.merl_write import write
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.vectors import from_half_difference
 from clbrdf.geometry import Directions
+from clbrdf.scan.flags import FLAGS
 
 Array = npt.NDArray[np.float64]
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import for_other_reasons
 from clbrdf.formats.vectors import to_half_difference
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import for_other_reasons
 
 Array = npt.NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clbrdf import units
 from clbrdf.errors import InputError
+from clbrdf.storage import units
 
 
 @dataclass(frozen=True)

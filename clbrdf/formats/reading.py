@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.flags import FLAGS
 from clbrdf.geometry import ANGLES
+from clbrdf.scan.flags import FLAGS
 
 Array = npt.NDArray[np.float64]
 

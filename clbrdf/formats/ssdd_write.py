@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import for_other_reasons
 from clbrdf.formats.grid_of import SAME, Grid, grid_of
 from clbrdf.formats.software import VERSION
 from clbrdf.formats.vectors import from_specular, to_specular
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import for_other_reasons
 
 Array = npt.NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS
 from clbrdf.formats.reading import Reading, Stated
-from clbrdf.rectangle import arrange
+from clbrdf.scan.flags import FLAGS
+from clbrdf.scan.rectangle import arrange
 
 Array = npt.NDArray[np.float64]
 

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import units
 from clbrdf.errors import InputError
 from clbrdf.formats.klems import Basis, bases, matrix_reading
 from clbrdf.formats.reading import Reading
@@ -24,6 +23,7 @@ from clbrdf.formats.registry import NO, SURE, Format, Head
 from clbrdf.formats.tensor_tree import tree_reading
 from clbrdf.formats.text import read_text
 from clbrdf.scan import Scan
+from clbrdf.storage import units
 
 Array = npt.NDArray[np.float64]
 

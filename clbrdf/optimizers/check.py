@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import choose_device
 from clbrdf.errors import InputError
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.result import Fit
+from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import Found, search_twice
 from clbrdf.optimizers.objective import NumpyObjective

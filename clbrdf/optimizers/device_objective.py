@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import open_queue
 from clbrdf.fit.problem import Problem
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.program import Variant, build, upload
 from clbrdf.optimizers.objective import HUGE, NumpyObjective, tamed
-from clbrdf.precision import get_precision
-from clbrdf.program import Variant, build, upload
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class DeviceObjective(NumpyObjective):
         Its device runs the kernels.
     wavelength : int
     precision : str
-        Of the kernels (clbrdf.precision), without pairs: "double" or "fast:…".
+        Of the kernels (clbrdf.opencl.precision), without pairs: "double" or "fast:…".
 
     Raises
     ------

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from clbrdf.colour import encode_srgb
 from clbrdf.errors import InputError
-from clbrdf.files import whole_file
 from clbrdf.formats.rgl.export import Export
 from clbrdf.formats.rgl.tables import write_tables
 from clbrdf.progress import Report
 from clbrdf.render.stage import stage
+from clbrdf.storage.files import whole_file
 
 Array = npt.NDArray[np.float64]
 

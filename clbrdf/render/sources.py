@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.colour import DEFAULT_ILLUMINANT, get_illuminant, rgb_weights
 from clbrdf.errors import InputError
 from clbrdf.fit import Fit
@@ -17,6 +16,7 @@ from clbrdf.formats.rgl.material import Material, Places
 from clbrdf.formats.rgl.tables import BANDS
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
+from clbrdf.storage import hdf5
 
 Array = npt.NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from clbrdf.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import Settings, load_toml
 
 GROUPS = {
     "mechanical": "(4)",

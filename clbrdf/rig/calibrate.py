@@ -17,9 +17,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import __version__, hdf5
+from clbrdf import __version__
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS, for_other_reasons
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.exposure import saturation_limit
@@ -35,6 +34,8 @@ from clbrdf.rig.uncertainty import (
     linearised,
 )
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import FLAGS, for_other_reasons
+from clbrdf.storage import hdf5
 
 Array = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 
 class NoConnection(Settings):

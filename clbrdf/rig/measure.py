@@ -15,8 +15,6 @@ import numpy.typing as npt
 
 from clbrdf import __version__
 from clbrdf.errors import InputError
-from clbrdf.files import check_output
-from clbrdf.hdf5 import first_line
 from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
 from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
@@ -40,6 +38,8 @@ from clbrdf.rig.sanity import check_nonlinearity, check_wavelengths
 from clbrdf.rig.segment import Columns, read_header, read_rows
 from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
 from clbrdf.scan import Scan
+from clbrdf.storage.files import check_output
+from clbrdf.storage.hdf5 import first_line
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.kinematics import forward
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

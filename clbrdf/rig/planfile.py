@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid
 from clbrdf.rig.adaptive.settings import LEAST_INCIDENT, Adaptive
-from clbrdf.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import Settings, load_toml
 
 
 class WavelengthGrid(Settings):

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
-from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig, read_rig
 from clbrdf.rig.row import KINDS, POINT, ROW_FLAGS, columns
 from clbrdf.rig.segment import Columns
+from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py

@@ -20,7 +20,7 @@ from clbrdf.rig.drivers import axis_of, connection_of, get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
 from clbrdf.rig.panel import PanelSettings, load_panel
 from clbrdf.rig.stagesettings import AXES, Angle, NotNegative, Positive, StageSettings, StagesSettings
-from clbrdf.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import Settings, load_toml
 
 ROLES = ("stages", "spectrometer", "reference")
 

@@ -14,7 +14,7 @@ from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig
 from clbrdf.rig.stagesettings import AXES, StageSettings
 from clbrdf.rig.zones import is_inside
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

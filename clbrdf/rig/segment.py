@@ -23,10 +23,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.hdf5 import FORMAT_VERSION, first_line
 from clbrdf.rig.errors import StorageError
 from clbrdf.rig.row import Row, checksum, columns, values_of
 from clbrdf.rig.segmentimage import image_of
+from clbrdf.storage.hdf5 import FORMAT_VERSION, first_line
 
 if TYPE_CHECKING:
     import h5py

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, SerializeAsAny, model_validator
 
 from clbrdf.rig.zones import Zone
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 AXES = ("lamp", "turn", "pitch")
 """The three axes, in the order of every axis array."""

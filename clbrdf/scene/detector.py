@@ -17,7 +17,7 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from clbrdf.geometry import cos_deg
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.evaluate import WORTH_MEASURING
+from clbrdf.opencl.cheapest import choose_precision
 from clbrdf.scene.ledger import Ledger, keep_ledger
 from clbrdf.scene.quadrature import INTEGRATED
 from clbrdf.scene.simulate import Setting, set_up
 from clbrdf.scene.surface import ModelSurface
-from clbrdf.tolerance import choose_precision
 
 TRIED = 64
 """Directions on which the moves are measured."""

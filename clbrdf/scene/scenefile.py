@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid, Series
 from clbrdf.models import DEFAULT_MODEL, get_model
-from clbrdf.precision import get_precision
+from clbrdf.opencl.precision import get_precision
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.detector import Detector
 from clbrdf.scene.effects.aperture import Aperture
@@ -28,7 +28,7 @@ from clbrdf.scene.effects.saturation import Saturation
 from clbrdf.scene.effects.shot_noise import ShotNoise
 from clbrdf.scene.effects.stray_light import StrayLight
 from clbrdf.scene.random_numbers import LARGEST_SEED
-from clbrdf.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import Settings, load_toml
 
 
 class SurfaceSettings(Settings):

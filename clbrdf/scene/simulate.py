@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device
-from clbrdf.flags import FLAGS
 from clbrdf.geometry import Directions
+from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import FLAGS
 from clbrdf.scene.block import Block
 from clbrdf.scene.effects.misalignment import misaligned
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
-from clbrdf.flags import FLAGS, flag_unusable
 from clbrdf.progress import Report, silent
-from clbrdf.scanfile import write_frame
+from clbrdf.scan.flags import FLAGS, flag_unusable
+from clbrdf.scan.storage import write_frame
 from clbrdf.scene.block import Block
 from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instrument
+from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py

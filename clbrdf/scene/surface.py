@@ -9,23 +9,23 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
-from clbrdf.device import Device, choose_device, open_queue
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.models import Model, get_model, restrict
-from clbrdf.precision import Precision, get_precision
-from clbrdf.scan import Scan
-from clbrdf.scene.curve import Curve
-from clbrdf.scene.scenefile import Scene, check_terms
-from clbrdf.values import (
+from clbrdf.opencl.device import Device, choose_device, open_queue
+from clbrdf.opencl.precision import Precision, get_precision
+from clbrdf.opencl.values import (
     Launcher,
     evaluate_directions,
     features_in_parts,
     mean_over,
     working_precision,
 )
+from clbrdf.scan import Scan
+from clbrdf.scene.curve import Curve
+from clbrdf.scene.scenefile import Scene, check_terms
+from clbrdf.storage import hdf5
 
 Array = npt.NDArray[np.float64]
 Real = npt.NDArray[Any]

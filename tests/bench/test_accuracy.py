@@ -10,7 +10,7 @@ from clbrdf import Scan
 from clbrdf.bench import accuracy
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.cli import main
-from clbrdf.precision import PRECISIONS
+from clbrdf.opencl.precision import PRECISIONS
 from clbrdf.scans import sample_scan
 
 

@@ -14,7 +14,7 @@ from clbrdf.bench.peers.numpy_peer import numpy_objective
 from clbrdf.bench.workload import workload
 from clbrdf.cli import main
 from clbrdf.fit.batch import batch_objective
-from clbrdf.precision import PRECISIONS, get_precision
+from clbrdf.opencl.precision import PRECISIONS, get_precision
 
 
 @pytest.fixture(scope="module")

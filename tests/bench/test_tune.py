@@ -10,10 +10,10 @@ import pytest
 
 import clbrdf
 from clbrdf import DeviceError
-from clbrdf.answers import read_answer
 from clbrdf.bench import tune as tuning
 from clbrdf.fit import Settings
-from clbrdf.lanes import Lanes, keep_answers, lanes_of, safe_lanes
+from clbrdf.opencl.answers import read_answer
+from clbrdf.opencl.lanes import Lanes, keep_answers, lanes_of, safe_lanes
 
 
 @pytest.fixture

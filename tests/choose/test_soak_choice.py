@@ -7,8 +7,8 @@ import pytest
 
 from clbrdf import choose
 from clbrdf.bench.choice import LEAD, NOISE, TRUTH, made_scan, refusals, run, systematic_field, truths
-from clbrdf.device import choose_device
 from clbrdf.formats.load import load_one
+from clbrdf.opencl.device import choose_device
 
 FILES = {
     "black_coatings_in_plane.csv": (

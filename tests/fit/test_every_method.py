@@ -16,12 +16,12 @@ from clbrdf import Fit, Scan
 from clbrdf.fit.problem import make_problem
 from clbrdf.models import NEEDS_PHI, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.opencl.precision import get_precision
 from clbrdf.optimizers import OPTIMIZERS, minimise
 from clbrdf.optimizers.check import check_fit
 from clbrdf.optimizers.device_objective import DeviceObjective
 from clbrdf.optimizers.objective import NumpyObjective
 from clbrdf.optimizers.separable import SeparableObjective
-from clbrdf.precision import get_precision
 from clbrdf.scene import simulate
 from tests.fit.test_every_optimum import NOISE, directions, told, truth
 from tests.models.test_every_model import MODELS

@@ -9,7 +9,7 @@ from clbrdf.fit.polish import MOST_ITERATIONS, TOLERANCE, descend, polish
 from clbrdf.fit.problem import make_problem
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.precision import get_precision
+from clbrdf.opencl.precision import get_precision
 
 MODEL = get_model()
 

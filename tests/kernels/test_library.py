@@ -7,11 +7,11 @@ import pyopencl as cl
 import pytest
 from mpmath import mpf, power
 
-from clbrdf.device import open_queue
-from clbrdf.lanes import Lanes, safe_lanes
 from clbrdf.models import get_model
-from clbrdf.precision import get_precision
-from clbrdf.program import Variant, constants_text, kernel_text, philox_text, upload
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.lanes import Lanes, safe_lanes
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.program import Variant, constants_text, kernel_text, philox_text, upload
 
 EXP2_JOB = """
 kernel void job(global const real *x, global real *y) {

@@ -9,11 +9,11 @@ import pyopencl as cl
 import pytest
 
 from clbrdf import Directions
-from clbrdf.device import open_queue
-from clbrdf.lanes import Lanes, safe_lanes
 from clbrdf.models import get_model, model_names
-from clbrdf.precision import get_precision
-from clbrdf.program import BUILD_OPTIONS, Variant, constants_text, kernel_text, model_text, upload
+from clbrdf.opencl.device import open_queue
+from clbrdf.opencl.lanes import Lanes, safe_lanes
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.program import BUILD_OPTIONS, Variant, constants_text, kernel_text, model_text, upload
 
 pytestmark = pytest.mark.filterwarnings("ignore::pyopencl.CompilerWarning")  # PoCL's cache speaks up
 

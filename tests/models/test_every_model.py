@@ -14,8 +14,8 @@ import pytest
 import clbrdf
 from clbrdf import Directions
 from clbrdf.models import BOUNDED, NEEDS_PHI, RECIPROCAL, SIGNED, get_model, model_names
-from clbrdf.precision import get_precision
-from clbrdf.values import evaluate_directions
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import evaluate_directions
 from tests.reference.models import REFERENCES
 from tests.reference.models.domain import Row, domain_points
 
@@ -225,7 +225,7 @@ def test_what_a_table_calls_linear_is(name):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_one_lane_and_many_agree(name, device, monkeypatch):
-    from clbrdf import lanes, program
+    from clbrdf.opencl import lanes, program
 
     parameters, angles = points(name)
     d = Directions(*angles[-64:].T)

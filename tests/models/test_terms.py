@@ -11,9 +11,9 @@ import pytest
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.models import get_model, restrict
-from clbrdf.precision import PRECISIONS
-from clbrdf.program import Variant, only, source_text
-from clbrdf.values import evaluate_directions
+from clbrdf.opencl.precision import PRECISIONS
+from clbrdf.opencl.program import Variant, only, source_text
+from clbrdf.opencl.values import evaluate_directions
 from tests.reference import naive
 
 TERMS = ("specular", "fresnel", "attenuation", "diffuse")

@@ -157,7 +157,7 @@ def test_blocks_of_directions_and_wavelengths_do_not_change_values(monkeypatch):
     angles = np.linspace(0.0, 80.0, 45)
     both = {name: np.linspace(FOIL[name], TILE[name], 7) for name in MODEL.names}
     whole = clbrdf.evaluate(both, 45.0, angles, 180.0)
-    monkeypatch.setattr(sys.modules["clbrdf.values"], "BLOCK_VALUES", 20)
+    monkeypatch.setattr(sys.modules["clbrdf.opencl.values"], "BLOCK_VALUES", 20)
     assert (clbrdf.evaluate(both, 45.0, angles, 180.0) == whole).all()
 
 

@@ -102,7 +102,7 @@ def test_longer_rungs_and_a_scan_that_saturates_in_a_sum():
 def test_another_makers_part_is_one_new_file(tmp_path, monkeypatch):
     (tmp_path / "acme9.py").write_text(
         'ROLES = ("reference",)\n'
-        "from clbrdf.tomlfile import Settings\n"
+        "from clbrdf.storage.tomlfile import Settings\n"
         "class Connection(Settings):\n    channel: int = 1\n"
         "def connect(settings, context):\n    return settings.channel\n"
     )

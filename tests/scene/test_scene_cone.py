@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from clbrdf.precision import PRECISIONS
+from clbrdf.opencl.precision import PRECISIONS
 from clbrdf.scene import simulate
 from clbrdf.scene.cone import cone_nodes
 from clbrdf.scene.effects.aperture import solid_angle

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clbrdf
-from clbrdf import program, values
+from clbrdf.opencl import program, values
 from clbrdf.scene import scenefile, simulate
 from clbrdf.scene.scenefile import EFFECTS
 from clbrdf.scene.simulate import set_up, values_of

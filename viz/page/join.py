@@ -10,8 +10,8 @@ from importlib import resources
 from pathlib import Path
 
 from clbrdf.errors import InputError
-from clbrdf.files import whole_text
 from clbrdf.models.javascript import javascript_text
+from clbrdf.storage.files import whole_text
 from clbrdf.viz.page.record import PageSubject, named, subject_record
 from clbrdf.viz.page.thin import LARGEST
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table

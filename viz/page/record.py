@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.models import NEEDS_PHI, Model
 from clbrdf.objective import WEIGHTS, weight_matrix
 from clbrdf.scan import Scan
+from clbrdf.storage import hdf5
 from clbrdf.viz.page.pack import packed, packed_angles
 from clbrdf.viz.page.promises import Promises, promises_of
 from clbrdf.viz.page.thin import LARGEST, Thinning, thinning

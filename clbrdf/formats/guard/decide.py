@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS, flag_unusable
 from clbrdf.formats.guard import evidence
 from clbrdf.formats.guard.hemisphere import Total, total_of
 from clbrdf.formats.guard.options import Decision, Options
@@ -18,6 +17,7 @@ from clbrdf.formats.reading import SCALES, Reading
 from clbrdf.formats.vectors import from_specular
 from clbrdf.geometry import ANGLES
 from clbrdf.scan import Scan
+from clbrdf.scan.flags import FLAGS, flag_unusable
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.rectangle import group_numbers
+from clbrdf.scan.rectangle import group_numbers
 
 Array = npt.NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from clbrdf.errors import InputError
 from clbrdf.formats.guard.options import Decision, Options
 from clbrdf.formats.reading import Reading
 from clbrdf.geometry import ANGLES
-from clbrdf.units import LONGEST, SHORTEST
+from clbrdf.storage.units import LONGEST, SHORTEST
 
 Array = npt.NDArray[np.float64]
 

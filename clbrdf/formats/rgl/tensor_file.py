@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.files import whole_file
+from clbrdf.storage.files import whole_file
 
 MAGIC = b"tensor_file\0"
 VERSION = (1, 0)

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.models import Model, get_model
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 LEAST_INCIDENT = 3
 """Incident angles without which Fresnel and shadowing terms cannot be told from a scale."""

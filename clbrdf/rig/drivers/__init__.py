@@ -28,7 +28,7 @@ from typing import Any
 from clbrdf.errors import InputError
 from clbrdf.rig.connection import NoConnection
 from clbrdf.rig.errors import InstrumentError
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 
 def driver_names(role: str = "") -> tuple[str, ...]:

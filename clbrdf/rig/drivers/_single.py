@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from clbrdf.rig.connection import Context
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.roles import Counts
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 FULL_SCALE = 2**28
 TIME = 1.0

@@ -12,7 +12,7 @@ from pydantic import Field
 from clbrdf.rig.connection import Context, Found
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import InstrumentError, NoReplyError, UnpluggedError
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 EXTRA = "pymeasure"
 

@@ -18,7 +18,7 @@ from clbrdf.rig.drivers._visa import EXTRA as EXTRA
 from clbrdf.rig.drivers._visa import VisaConnection, VisaInstrument, find_resources
 from clbrdf.rig.errors import BadReplyError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 ROLES = ("stages",)
 MOST_READINGS = 8

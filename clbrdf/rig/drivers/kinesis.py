@@ -17,7 +17,7 @@ from clbrdf.rig.connection import Context, Found
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError, UnpluggedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 ROLES = ("stages",)
 EXTRA = "pylablib"

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from clbrdf.rig.connection import Context
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 ROLES = ("stages",)
 MOST_ANSWERS = 5

@@ -21,7 +21,7 @@ from clbrdf.rig.connection import Context, Found
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import BadReplyError, InstrumentError, UnpluggedError
 from clbrdf.rig.roles import Counts
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 ROLES = ("spectrometer",)
 EXTRA = "seabreeze"

@@ -21,7 +21,7 @@ from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
 from clbrdf.rig.transport import Line, make_line, repeated, why_silent
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 ROLES = ("stages",)
 END = b"\r\n"

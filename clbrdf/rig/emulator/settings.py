@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.scene.curve import Curve
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 
 class EffectSettings(Settings):

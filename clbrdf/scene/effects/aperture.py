@@ -16,7 +16,7 @@ from pydantic import Field
 
 from clbrdf.scene.cone import cone_nodes
 from clbrdf.scene.vectors import mirrored
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from clbrdf.scene.effects.lamp_drift import drift_factor
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

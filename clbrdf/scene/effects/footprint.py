@@ -26,7 +26,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from clbrdf.geometry import Directions, cos_deg, sin_deg
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

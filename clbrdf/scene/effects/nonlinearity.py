@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 
 class Reader(Settings):

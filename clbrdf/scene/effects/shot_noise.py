@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.tomlfile import Settings
+from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
 

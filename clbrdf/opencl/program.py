@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clbrdf.device import Device, open_queue
 from clbrdf.errors import DeviceError
-from clbrdf.lanes import Lanes, lanes_of
 from clbrdf.models import Model
 from clbrdf.models.model import LOG2_OF_ZERO
-from clbrdf.precision import Precision
+from clbrdf.opencl.device import Device, open_queue
+from clbrdf.opencl.lanes import Lanes, lanes_of
+from clbrdf.opencl.precision import Precision
 
 if TYPE_CHECKING:
     import pyopencl as cl

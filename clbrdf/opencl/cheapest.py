@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clbrdf.answers import keep_answer, read_answer
-from clbrdf.device import Device, choose_device
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.precision import PRECISIONS, Precision
-from clbrdf.values import evaluate_directions
+from clbrdf.opencl.answers import keep_answer, read_answer
+from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.precision import PRECISIONS, Precision
+from clbrdf.opencl.values import evaluate_directions
 
 TOPIC = "costs"
 MEASURED_DIRECTIONS = 1 << 16

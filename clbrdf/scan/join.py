@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.flags import FLAGS, check_flag_names, translated
 from clbrdf.geometry import ANGLES
-from clbrdf.rectangle import arrange
-from clbrdf.scanfile import POLARISATIONS
+from clbrdf.scan.flags import FLAGS, check_flag_names, translated
+from clbrdf.scan.rectangle import arrange
+from clbrdf.scan.storage import POLARISATIONS
 
 Array = npt.NDArray[np.float64]
 Parts = Sequence[Mapping[str, Any]]

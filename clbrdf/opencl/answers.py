@@ -15,8 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from clbrdf.device import Device
-from clbrdf.files import whole_text
+from clbrdf.opencl.device import Device
+from clbrdf.storage.files import whole_text
 
 
 @cache

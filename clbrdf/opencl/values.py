@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.device import Device, open_queue
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
-from clbrdf.precision import PRECISIONS, Precision
-from clbrdf.program import Variant, build, upload
+from clbrdf.opencl.device import Device, open_queue
+from clbrdf.opencl.precision import PRECISIONS, Precision
+from clbrdf.opencl.program import Variant, build, upload
 
 if TYPE_CHECKING:
     import pyopencl as cl

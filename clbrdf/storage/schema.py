@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.units import factor
+from clbrdf.storage.units import factor
 
 if TYPE_CHECKING:
     import h5py

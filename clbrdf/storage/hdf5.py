@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import ClbrdfError, InputError
-from clbrdf.files import split_entry, whole_file
-from clbrdf.schema import check_group, read_text, text_attribute
+from clbrdf.storage.files import split_entry, whole_file
+from clbrdf.storage.schema import check_group, read_text, text_attribute
 
 if TYPE_CHECKING:
     import h5py

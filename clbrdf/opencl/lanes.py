@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clbrdf.answers import keep_answer, read_answer
-from clbrdf.device import Device
+from clbrdf.opencl.answers import keep_answer, read_answer
+from clbrdf.opencl.device import Device
 
 MEASURED = ("objectives.cl", "models/wang2013.cl")
 """Files that tuning measures beside kernels/lib."""

@@ -8,10 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5, units
-from clbrdf.flags import FLAGS
 from clbrdf.geometry import ANGLES
-from clbrdf.schema import Item, check_group, read_items, read_text, text_attribute, text_list_attribute
+from clbrdf.scan.flags import FLAGS
+from clbrdf.storage import hdf5, units
+from clbrdf.storage.schema import (
+    Item,
+    check_group,
+    read_items,
+    read_text,
+    text_attribute,
+    text_list_attribute,
+)
 
 if TYPE_CHECKING:
     import h5py

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import hdf5
 from clbrdf.errors import InputError
-from clbrdf.files import split_entry
-from clbrdf.flags import FLAGS, check_flag_names, flag_unusable
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
-from clbrdf.join import joined
-from clbrdf.rectangle import group_numbers
-from clbrdf.scancheck import checked_bands, checked_wavelength, matrix, widths
-from clbrdf.scanfile import POLARISATIONS, read_frame, write_frame
+from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
+from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.scan.join import joined
+from clbrdf.scan.rectangle import group_numbers
+from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
+from clbrdf.storage import hdf5
+from clbrdf.storage.files import split_entry
 
 if TYPE_CHECKING:
     import h5py
@@ -36,7 +36,7 @@ class Scan:
     """BRDF of one sample in N directions at W wavelengths; immutable.
 
     Values that cannot be used are flagged when the record is made: NaN, infinite, and values at or below
-    zero that no standard uncertainty allows (`clbrdf.flags`). A value with any flag is masked: kept, shown,
+    zero that no standard uncertainty allows (`flags.py`). A value with any flag is masked: kept, shown,
     counted, and never fitted.
 
     Attributes

@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf import cie
+from clbrdf.colour import cie
 from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
