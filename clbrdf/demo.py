@@ -32,7 +32,7 @@ class DemoStep:
 def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[DemoStep], list[str]]:
     """Run the demo into a folder, which is made if it does not exist; return fit, steps, what is missing.
 
-    An emulated rig measures yellow tin foil (Table 1 of the paper) over pseudo-terminals; the scan is fitted
+    An emulated rig measures the yellow tin foil of `scans/` over pseudo-terminals; the scan is fitted
     with its own uncertainties as weights, and a few wavelengths are checked by other optimizers. Where
     OpenGL is missing, the pictures that need it are left out, and a line says so.
 
