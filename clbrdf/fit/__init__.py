@@ -28,6 +28,7 @@ from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.observation import ForwardModel
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
@@ -191,7 +192,8 @@ def fit(
         method=way.name,
         seed=seed,
     )
-    estimate, goodness, status = assemble(scan, chosen, setup, solution, covariance)
+    seen = ForwardModel(chosen, chosen.features(scan.directions))
+    estimate, goodness, status = assemble(scan, seen, setup, solution, covariance)
     return Fit(
         scan=scan,
         model=chosen,

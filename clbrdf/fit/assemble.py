@@ -14,6 +14,7 @@ from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import Uncertainty, uncertainty
 from clbrdf.models import Model
 from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -27,17 +28,18 @@ BOUND_TOLERANCE = 1e-9
 
 
 def assemble(
-    scan: Scan, model: Model, setup: Setup, solution: Solution, covariance: Array | None = None
+    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, covariance: Array | None = None
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
+    `seen` is the model as the detector sees it in the scan's directions.
     `covariance` (K, P, P), of the coordinates at the K fitted wavelengths, replaces the one of the data
     alone.
     """
-    fitted = setup.fitted
+    fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
-    vector, at_bound, values = _settled(scan, model, setup, solution, known)
-    result = _uncertainty(scan, model, setup, vector, at_bound, values)
+    vector, at_bound, values = _settled(scan, seen, setup, solution, known)
+    result = _uncertainty(scan, seen, setup, vector, at_bound, values)
     deviation = result.sigma
     if covariance is not None:
         slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
@@ -75,10 +77,10 @@ def goodness(scan: Scan, setup: Setup, values: Array) -> Goodness:
 
 
 def _settled(
-    scan: Scan, model: Model, setup: Setup, solution: Solution, known: Mask
+    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, known: Mask
 ) -> tuple[Array, Mask, Array]:
     """Return parameters (K, P), which stand at a limit, and model values (K, N) at the fitted wavelengths."""
-    fitted, bounds = setup.fitted, setup.bounds
+    fitted, bounds, model = setup.fitted, setup.bounds, seen.model
     limits = model.coordinate_bounds(bounds)
     in_common = np.array([name in setup.shared for name in model.names])
     coordinates = in_order(model, solution.coordinates, bounds, known, in_common)
@@ -87,8 +89,7 @@ def _settled(
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    features = model.features(scan.directions)
-    values = model.brdf(vector[:, None, :], features)
+    values = seen.brdf(vector[:, None, :])
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
     energy = objective(values.T, scan.columns(fitted), setup.weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
@@ -98,15 +99,15 @@ def _settled(
         counts[:] = True
     for k in np.flatnonzero(counts):
         vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        values[k] = model.brdf(vector[k, None, :], features)
+        values[k] = seen.brdf(vector[k, None, :])
     return vector, at_bound, values
 
 
 def _uncertainty(
-    scan: Scan, model: Model, setup: Setup, vector: Array, at_bound: Mask, values: Array
+    scan: Scan, seen: ForwardModel, setup: Setup, vector: Array, at_bound: Mask, values: Array
 ) -> Uncertainty:
     """Return the uncertainties at the fitted wavelengths, of shared parameters those of all together."""
-    fitted, features = setup.fitted, model.features(scan.directions)
+    fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
     in_common = np.array([name in setup.shared for name in model.names])
     g = setup.weights[:, fitted]
@@ -115,13 +116,11 @@ def _uncertainty(
         g.T,
         None if scan.sigma is None else scan.sigma[:, fitted].T,
     )
-    result = uncertainty(model, features, vector, at_bound | known | in_common, *data)
+    result = uncertainty(seen, vector, at_bound | known | in_common, *data)
     together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
     if len(together):
         own = ~(at_bound | known | in_common)
-        result = with_shared(
-            result, *shared_uncertainty(model, features, vector, own, together, *data), together
-        )
+        result = with_shared(result, *shared_uncertainty(seen, vector, own, together, *data), together)
     return result
 
 
