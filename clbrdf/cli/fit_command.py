@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,9 +16,10 @@ from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.remarks import Remark
 from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
-from clbrdf.fit.words import remarks_line
+from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import choose_device
@@ -159,6 +160,11 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     )
 
 
+def remark_content(remark: Remark) -> dict[str, Any]:
+    """Return a remark as plain values for JSON, with its words."""
+    return {**asdict(remark), "words": remark_words(remark)}
+
+
 def fit_content(fit: Fit) -> dict[str, Any]:
     """Return a fit as plain values for JSON; NaN and infinite values become null there."""
     scan = fit.scan
@@ -180,10 +186,17 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),
+        "degrees_of_freedom": fit.goodness.degrees.tolist(),
+        "chi2_reduced": fit.chi2_reduced.tolist(),
+        "scatter": fit.goodness.scatter.tolist(),
+        "lag_one_correlation": fit.goodness.lag_one.tolist(),
+        "lack_of_fit": fit.goodness.lack_of_fit.tolist(),
+        "misfit": fit.misfit.tolist(),
         "status": fit.status.tolist(),
+        "at_bound": fit.estimate.at_bound.tolist(),
         "correlation": fit.correlation.tolist(),
         "condition": fit.estimate.condition.tolist(),
-        "remarks": [remarks_line(remarks) for remarks in fit.remarks],
+        "remarks": [[remark_content(remark) for remark in remarks] for remarks in fit.remarks],
         "starts": fit.search.starts.tolist(),
         "agreeing": fit.search.agreeing.tolist(),
         "evaluations": fit.search.evaluations.tolist(),

@@ -14,8 +14,10 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
+from clbrdf.fit.goodness import misfit
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
+from clbrdf.fit.tables import report
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
 from clbrdf.records import Record, frozen_map
@@ -45,7 +47,7 @@ class Fit(Record):
     estimate : Estimate
         Parameters, their uncertainties and correlations as arrays.
     goodness : Goodness
-        E of (13), σ_r of (14).
+        E of (13), σ_r of (14), χ²/ν, and what deviations along θr and from repeats say.
     search : Search
         How the parameters were found, and where.
     status : (W,) str
@@ -116,11 +118,33 @@ class Fit(Record):
         """For each wavelength what has to be known beside its parameters; empty where nothing."""
         return remarks_of(self)
 
+    @property
+    def chi2_reduced(self) -> Array:
+        """χ²/ν with the scan's uncertainties, (W,); NaN where they are not known."""
+        return self.goodness.chi2_reduced
+
+    @property
+    def misfit(self) -> npt.NDArray[np.bool_]:
+        """Where the model does not describe the data, (W,): their uncertainties or repeats say so."""
+        return misfit(self.goodness)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
+
     def evaluate(self, directions: Directions | None = None) -> Array:
         """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
         return out
+
+    def report(self, width: int = 100) -> str:
+        """Return the fit as text of at most `width` characters: tables, how it went, and remarks.
+
+        Values stand with their standard uncertainty in the last digits, 0.02562(13).
+        """
+        return report(self, width)
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the fit with its scan as a NeXus HDF5 file, whole or not at all.

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.goodness import goodness
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
@@ -23,7 +25,18 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 ESTIMATE = ("correlation", "condition")
-GOODNESS = ("objective", "relative_rms", "relative_rms_by_incident_angle")
+GOODNESS = (
+    "objective",
+    "relative_rms",
+    "relative_rms_by_incident_angle",
+    "degrees",
+    "chi2_reduced",
+    "scatter",
+    "lag_one",
+    "lag_score",
+    "lack_of_fit",
+    "repeats",
+)
 SEARCH = ("evaluations", "starts", "agreeing", "acceptance", "not_finite")
 SETUP = ("weights", "bounds")
 """Arrays of each record that go to the file under their own names."""
@@ -79,12 +92,14 @@ def read(entry: h5py.Group) -> dict[str, Any]:
     names = [str(name) for name in group["status"].attrs["names"]]
     provenance = hdf5.read_mapping(group, "provenance")
     vector = np.stack([data[_key(name)][()] for name in model.names], axis=1)
+    scan, setup = Scan.read(entry), _setup(group, model, vector, provenance)
+    estimate = _estimate(group, model, vector)
     return {
-        "scan": Scan.read(entry),
+        "scan": scan,
         "model": model,
-        "setup": _setup(group, model, vector, provenance),
-        "estimate": _estimate(group, model, vector),
-        "goodness": Goodness(**{name: group[name][()] for name in GOODNESS}),
+        "setup": setup,
+        "estimate": estimate,
+        "goodness": _goodness(group, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(group[name][()] for name in SEARCH)),
         "status": np.array([names[code] for code in group["status"][()]]),
         "provenance": provenance,
@@ -126,6 +141,15 @@ def _estimate(group: h5py.Group, model: Model, vector: Array) -> Estimate:
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
     return Estimate(vector=vector, sigma=sigma, **arrays, **masks)
+
+
+def _goodness(group: h5py.Group, scan: Scan, model: Model, setup: Setup, estimate: Estimate) -> Goodness:
+    if all(name in group for name in GOODNESS):
+        return Goodness(**{name: group[name][()] for name in GOODNESS})
+    # Before version 0.2 a file held some of them.
+    values = model.brdf(estimate.vector[:, None, :], model.features(scan.directions)).T
+    found = goodness(scan, setup, estimate.at_bound, values)
+    return replace(found, **{name: group[name][()] for name in GOODNESS if name in group})
 
 
 def _key(name: str) -> str:
