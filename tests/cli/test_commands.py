@@ -168,7 +168,7 @@ class TestFit:
         status, _, _ = run("fit", scan_file, "-o", tmp_path / "fit.h5", "--weights", weights, *FAST)
         assert status == 0
         fit = Fit.open(tmp_path / "fit.h5")
-        assert (fit.weights[:, 0] == (small_scan.theta_i > 40.0)).all()
+        assert (fit.setup.weights[:, 0] == (small_scan.theta_i > 40.0)).all()
         for text, said in (
             ("theta_i_deg,weight\n1,1\n", "no column theta_r_deg"),
             (
