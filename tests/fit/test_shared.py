@@ -172,7 +172,7 @@ def test_every_method_searches_the_others(method):
         clbrdf.fit(scan, model="wang2013", shared=("d",), method=m, weights="relative")
         for m in ("auto", method)
     ]
-    assert fits[1].method == method
+    assert fits[1].setup.method == method
     np.testing.assert_allclose(fits[1].objective, fits[0].objective, rtol=1e-6)
 
 
