@@ -17,6 +17,7 @@ from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
 from clbrdf.optimizers.objective import NumpyObjective
 from tests.planted import with_parameters, with_part
+from clbrdf.parallel.processes import Processes
 
 # What the brief allows annealing alone; every other method has to reach the optimum.
 ALLOWED = {"anneal": 1e-3}
@@ -106,7 +107,8 @@ def test_samples_are_spread_over_the_range(fit):
 
 
 def test_processes_do_not_change_the_verdicts(fit):
-    assert check_fit(fit, effort=0.02, processes=2) == check_fit(fit, effort=0.02)
+    with Processes(2) as executor:
+        assert check_fit(fit, effort=0.02, executor=executor) == check_fit(fit, effort=0.02)
 
 
 def test_gaps_have_a_floor():
