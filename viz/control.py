@@ -113,13 +113,22 @@ class Control:
 
     def toggle_hold(self) -> None:
         """Hold the scale while sliders move, or let it follow the values again."""
-        self.picture.held = None if self.picture.held else self.picture.scale
-        self.picture.update()
+        if self.picture.held:
+            self.picture.release()
+        else:
+            self.picture.hold()
         self._changed()
 
     def first_view(self) -> None:
         """Go back to the first camera position."""
         self.picture.first_view()
+        self._changed()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Fit picture and cut to a window of another size, pixels."""
+        self.picture.resize(size)
+        if self.cut is not None:
+            self.cut.resize(self.picture.letter)
         self._changed()
 
     def say(self, text: str) -> None:

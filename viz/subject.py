@@ -85,6 +85,11 @@ class Subject:
             there &= self.scan.phi_i == self.phi_i
         return np.flatnonzero(there)
 
+    def reach(self, theta_i: float) -> float:
+        """Return the largest view zenith measured at an incident zenith, else anywhere; degrees."""
+        rows = self.rows(theta_i)
+        return float(self.scan.theta_r[rows if len(rows) else slice(None)].max())
+
     def directions(self, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike) -> Directions:
         """Return directions at the incident azimuth that is shown; all in degrees, φ = φr − φi."""
         turn = self.phi_i if self.anisotropic else 0.0
