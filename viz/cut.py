@@ -135,8 +135,7 @@ class Cut:
 
 def plane_values(subject: Any, column: int, theta_i: float, signed_zenith: Array) -> Array:
     """Fitted BRDF, 1/sr, at signed view zeniths (K,) in the plane of incidence; all in degrees."""
-    fit = subject.fit
-    directions = subject.directions(
-        np.array([theta_i]), np.abs(signed_zenith), np.where(signed_zenith < 0.0, 0.0, 180.0)
+    side = np.where(signed_zenith < 0.0, 0.0, 180.0)
+    return np.asarray(
+        subject.model_values(column, subject.directions([theta_i], np.abs(signed_zenith), side))
     )
-    return np.asarray(fit.model.brdf(fit.vector[column][None, :], fit.model.features(directions))).reshape(-1)

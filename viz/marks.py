@@ -103,12 +103,9 @@ class Marks:
     @property
     def model(self) -> Array | None:
         """Model values in the same directions, (K,), 1/sr; None without a fit."""
-        fit = self.subject.fit
-        if fit is None or self.subject.parameters(self.column) is None:
+        if self.subject.parameters(self.column) is None:
             return None
-        directions = self.subject.scan.directions[self.rows]
-        x = fit.model.features(directions)
-        return np.asarray(fit.model.brdf(fit.vector[self.column][None, :], x)).reshape(-1)
+        return self.subject.model_values(self.column, self.subject.scan.directions[self.rows])
 
     def draw(self, scale: RadiusScale) -> None:
         """Put points and whiskers where a scale wants them."""

@@ -100,6 +100,12 @@ class Subject:
             np.asarray(phi, np.float64) + turn,
         )
 
+    def model_values(self, column: int, directions: Directions) -> Array:
+        """Fitted BRDF of directions (N,) at one wavelength, (N,), 1/sr."""
+        assert self.fit is not None
+        model = self.fit.model
+        return np.ravel(model.brdf(self.fit.vector[column][None, :], model.features(directions)))
+
     def column(self, wavelength: float) -> int:
         """Place of the measured wavelength nearest to one in nm."""
         return int(np.abs(self.wavelength - wavelength).argmin())
