@@ -26,6 +26,7 @@ from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
+from clbrdf.observation import ForwardModel
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
@@ -188,7 +189,7 @@ def fit(
         solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     return assemble(
         scan,
-        chosen,
+        ForwardModel(chosen, chosen.features(scan.directions)),
         fitted,
         solution,
         covariance=covariance,

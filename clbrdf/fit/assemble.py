@@ -17,6 +17,7 @@ from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import uncertainty
 from clbrdf.models import Model
 from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -30,7 +31,7 @@ BOUND_TOLERANCE = 1e-9
 
 def assemble(
     scan: Scan,
-    model: Model,
+    seen: ForwardModel,
     fitted: npt.NDArray[np.intp],
     solution: Solution,
     *,
@@ -48,11 +49,13 @@ def assemble(
 ) -> Fit:
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
+    `seen` is the model as the detector sees it in the scan's directions.
+
     `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
     wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
     the reading of `time.perf_counter` when the fit began.
     """
-    w = len(scan.wavelength)
+    w, model = len(scan.wavelength), seen.model
     limits = model.coordinate_bounds(bounds)
     known = np.array([name in given for name in model.names])
     in_common = np.array([name in shared for name in model.names])
@@ -62,8 +65,7 @@ def assemble(
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    features = model.features(scan.directions)
-    fitted_values = model.brdf(vector[:, None, :], features)
+    fitted_values = seen.brdf(vector[:, None, :])
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
     energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
@@ -73,19 +75,17 @@ def assemble(
         counts[:] = True
     for k in np.flatnonzero(counts):
         vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        fitted_values[k] = model.brdf(vector[k, None, :], features)
+        fitted_values[k] = seen.brdf(vector[k, None, :])
     data = (
         fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
         weights[:, fitted].T,
         None if scan.sigma is None else scan.sigma[:, fitted].T,
     )
-    result = uncertainty(model, features, vector, at_bound | known | in_common, *data)
+    result = uncertainty(seen, vector, at_bound | known | in_common, *data)
     together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
     if len(together):
         own = ~(at_bound | known | in_common)
-        result = with_shared(
-            result, *shared_uncertainty(model, features, vector, own, together, *data), together
-        )
+        result = with_shared(result, *shared_uncertainty(seen, vector, own, together, *data), together)
 
     def placed(values: Any, fill: Any) -> Any:
         out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
@@ -118,7 +118,7 @@ def assemble(
         correlation=correlation,
         condition=placed(result.condition, np.nan),
         remarks=remarks(
-            model,
+            seen,
             scan,
             parameters,
             placed(result.undetermined, False),
