@@ -104,7 +104,7 @@ def test_the_hand_projection_and_the_one_for_clicks_agree(picture, foil):
 
 def test_panels_share_one_scale(picture, foil):
     one = picture([LobeRequest(foil, 550.0, a) for a in (30.0, 60.0)], size=(900, 600))
-    peak = {30.0: 350.8, 60.0: 1996.7}  # PAPER.md, from Table 1
+    peak = {30.0: 350.8, 60.0: 1996.7}  # (9) to (12) at the mirror direction, with Table 1
     assert one.scale.top == pytest.approx(peak[60.0], rel=2e-3)
     tip, full = tip_of(one, 30.0, 0)
     foot = hand_projection(np.zeros(3), one)[0]
