@@ -43,6 +43,7 @@ def command(
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
     rtol: float | None = None,
+    profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -83,6 +84,8 @@ def command(
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
+    profile
+        find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -121,6 +124,7 @@ def command(
             shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
+            profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
@@ -136,6 +140,7 @@ def command(
         smooth=smooth,
         rtol=rtol,
     )
+    options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
@@ -191,6 +196,7 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "wavelength": scan.wavelength.tolist(),
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
+        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),

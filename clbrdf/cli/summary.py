@@ -138,7 +138,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
     for place, (told, columns) in enumerate(tables(fit, shown, console.width)):
         console.print(_table(told if place else title + note, columns), crop=False)
     if has_given(fit):
-        console.print(f" {GIVEN_WORDS}\n")
+        more = "the intervals above do not need that" if fit.intervals else "--profile finds intervals"
+        console.print(f" {GIVEN_WORDS}; {more}\n")
     print_table("", ("fit", ""), summary_rows(fit), left=2)
     rows = remark_rows(fit)
     if len(rows) > MOST_REMARKS:

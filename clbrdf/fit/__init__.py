@@ -15,6 +15,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
@@ -65,6 +66,7 @@ def fit(
     shared: Sequence[str] = (),
     smooth: float | None = None,
     rtol: float | None = None,
+    profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -105,6 +107,9 @@ def fit(
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
         tells which. An estimate: other wavelengths are not looked at.
+    profile : bool
+        Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
+        hold where parameters are at their limits, too, where standard uncertainties are far too small.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -127,7 +132,7 @@ def fit(
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
-        is not; shared parameters together with `smooth` or `rtol`;
+        is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -149,6 +154,8 @@ def fit(
         raise InputError("shared and smooth both tie wavelengths; give one of them")
     if in_common and rtol is not None:
         raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+    if profile and (in_common or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -206,6 +213,8 @@ def fit(
     )
     seen = ForwardModel(chosen, chosen.features(scan.directions))
     estimate, goodness, status = assemble(scan, seen, setup, solution, covariance)
+    if profile:
+        estimate = with_intervals(problem_of(fitted), scan, seen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,

@@ -99,6 +99,9 @@ class Estimate(Record):
         Fitted parameters that stand at a limit. The uncertainties of the others hold with these held there.
     undetermined : (W, P) bool
         Fitted parameters that the data cannot tell.
+    lower, upper : (W, P) float64 or None
+        Ends of the profile-likelihood intervals of 68.3 % (`clbrdf.fit.profile`), NaN for parameters that
+        were not fitted; None unless they were asked for.
     """
 
     vector: Array
@@ -107,6 +110,8 @@ class Estimate(Record):
     condition: Array
     at_bound: Mask
     undetermined: Mask
+    lower: Array | None = None
+    upper: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

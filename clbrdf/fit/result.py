@@ -80,6 +80,18 @@ class Fit(Record):
         """Standard uncertainties (W,) by name; NaN at a bound, infinite where the data cannot tell."""
         return self._named(self.estimate.sigma)
 
+    @cached_property
+    def intervals(self) -> Mapping[str, Array]:
+        """Profile-likelihood intervals of 68.3 % (W, 2) by name; empty unless the fit was asked for them.
+
+        An end that stands at a limit of the parameter is the limit itself.
+        """
+        lower, upper = self.estimate.lower, self.estimate.upper
+        if lower is None or upper is None:
+            return frozen_map({})
+        ends = np.stack([lower, upper], axis=-1)
+        return frozen_map({name: ends[:, j].copy() for j, name in enumerate(self.model.names)})
+
     def _named(self, values: Array) -> Mapping[str, Array]:
         return frozen_map({name: values[:, j].copy() for j, name in enumerate(self.model.names)})
 

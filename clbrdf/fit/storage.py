@@ -66,6 +66,10 @@ def write(fit: Fit, group: h5py.Group) -> None:
         key = _key(row.name)
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
+        if estimate.lower is not None and estimate.upper is not None:
+            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
+                meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
+                hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
     codes = np.array([STATUSES.index(str(s)) for s in fit.status], dtype=np.uint8)
     hdf5.field(group, "status", codes, "").attrs["names"] = list(STATUSES)
@@ -140,7 +144,14 @@ def _estimate(group: h5py.Group, model: Model, vector: Array) -> Estimate:
         fitted = np.isfinite(vector) & ~np.isin(model.names, given)
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
-    return Estimate(vector=vector, sigma=sigma, **arrays, **masks)
+    estimate = Estimate(vector=vector, sigma=sigma, **arrays, **masks)
+    if not all(f"{_key(name)}_upper" in data for name in model.names):
+        return estimate
+    lower, upper = (
+        np.stack([data[f"{_key(name)}_{end}"][()] for name in model.names], axis=1)
+        for end in ("lower", "upper")
+    )
+    return replace(estimate, lower=lower, upper=upper)
 
 
 def _goodness(group: h5py.Group, scan: Scan, model: Model, setup: Setup, estimate: Estimate) -> Goodness:

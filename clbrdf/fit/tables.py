@@ -24,7 +24,7 @@ MOST_ANGLES = 24
 GIVEN = "*"
 """Marks an uncertainty that holds with another parameter at its limit."""
 
-GIVEN_WORDS = f"{GIVEN} given that the other parameter stays at its limit: the interval may be far too narrow"
+GIVEN_WORDS = f"{GIVEN} given that another parameter stays at its limit: this may be far too small"
 
 
 def concise(value: float, sigma: float) -> str:
@@ -109,21 +109,53 @@ def in_blocks(
         if not blocks or columns_width([first, *blocks[-1], column, *last]) > width:
             blocks.append([])
         blocks[-1].append(column)
+    # Of even sizes, where that is narrow enough, too.
+    size = -(-len(columns) // max(1, len(blocks)))
+    even = [list(columns[k : k + size]) for k in range(0, len(columns), size)] if blocks else []
+    if all(columns_width([first, *block, *last]) <= width for block in even):
+        blocks = even
     return [[first, *block, *last] for block in blocks]
+
+
+def interval_columns(fit: Fit, shown: Places) -> list[Column]:
+    """Return a column for each parameter with its profile-likelihood interval; none without intervals."""
+    estimate = fit.estimate
+    if estimate.lower is None or estimate.upper is None:
+        return []
+    columns = []
+    for j, name in enumerate(fit.model.names):
+        if name in fit.given:
+            continue
+        cells = []
+        for k in shown:
+            low, high = float(estimate.lower[k, j]), float(estimate.upper[k, j])
+            known = math.isfinite(low) and math.isfinite(high)
+            ends = [
+                plain(end, 4) + (" limit" if end == bound else "")
+                for end, bound in zip((low, high), fit.setup.bounds[j], strict=True)
+            ]
+            cells.append(" to ".join(ends) if known else "–")
+        columns.append((name, cells))
+    return columns
 
 
 def tables(fit: Fit, shown: Places, width: int) -> list[tuple[str, list[Column]]]:
     """Return the tables of a fit as (title, columns): one where it is narrow enough, else several."""
     first, status = wavelength_column(fit, shown), status_column(fit, shown)
     parameters, quality = parameter_columns(fit, shown), quality_columns(fit, shown)
+    intervals = [
+        ("intervals of 68.3 %, by profile likelihood", block)
+        for block in in_blocks(first, interval_columns(fit, shown), [], width)
+    ]
     whole = [first, *parameters, *quality, status]
     if columns_width(whole) <= width:
-        return [("", whole)]
+        return [("", whole), *intervals]
     title = "E (13), χ²/ν, and σr (14) in % at each incident zenith"
     if len(quality) < 2 or not quality[1][0].startswith("χ"):
         title = "E (13), and σr (14) in % at each incident zenith"
     return [
         *(("", block) for block in in_blocks(first, parameters, [status], width)),
+        *intervals,
         *((title, block) for block in in_blocks(first, quality, [], width)),
     ]
 
@@ -234,7 +266,10 @@ def report(fit: Fit, width: int = 100) -> str:
         lines = ["  ".join(text.rjust(w) for text, w in zip(row, widths, strict=True)) for row in rows]
         parts.append("\n".join([title, *lines] if title else lines))
     if has_given(fit):
-        parts.append(GIVEN_WORDS)
+        more = (
+            "the intervals above do not need that" if fit.intervals else "fit(profile=True) finds intervals"
+        )
+        parts.append(f"{GIVEN_WORDS}; {more}")
     parts.append("\n".join(f"{what:18} {words}" for what, words in summary_rows(fit)))
     remarks = [f"- {text} ({where})" for text, where in remark_rows(fit)]
     return "\n\n".join([*parts, *(["\n".join(remarks)] if remarks else [])]) + "\n"
