@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,8 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, read_only
 from clbrdf.models import Model, remade
 from clbrdf.scan import Scan
-from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
+from clbrdf.storage import hdf5, units
+from clbrdf.storage.schema import Item, check_group, read_items, read_texts, text_list_attribute
 
 if TYPE_CHECKING:
     import h5py
@@ -183,31 +183,29 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return _read(entry)
+                return _read(hdf5.find_entry(file, path))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error
 
 
-ARRAYS = (
-    "objective",
-    "relative_rms",
-    "relative_rms_by_incident_angle",
-    "status",
-    "correlation",
-    "condition",
-    "evaluations",
-    "starts",
-    "agreeing",
-    "acceptance",
-    "not_finite",
-    "weights",
-    "bounds",
+SCHEMA = (
+    Item("objective", ("W",)),
+    Item("relative_rms", ("W",)),
+    Item("relative_rms_by_incident_angle", ("I", "W")),
+    Item("status", ("W",), kind="bits"),
+    Item("correlation", ("W", "P", "P")),
+    Item("condition", ("W",)),
+    Item("evaluations", ("W",), kind="whole"),
+    Item("starts", ("W",), kind="whole"),
+    Item("agreeing", ("W",), kind="whole"),
+    Item("acceptance", ("W",)),
+    Item("not_finite", ("W",), kind="whole"),
+    Item("weights", ("N", "W")),
+    Item("bounds", ("P", "2")),
 )
+"""Arrays in the file, N directions × W wavelengths, I incident zeniths, P parameters."""
+
+ARRAYS = tuple(item.name for item in SCHEMA)
 """Attributes of a Fit that are arrays and go to the file under their own names."""
 
 
@@ -240,23 +238,35 @@ def _write(fit: Fit, group: h5py.Group) -> None:
 
 
 def _read(entry: h5py.Group) -> Fit:
+    scan = Scan.read(entry)
     group = entry["fit"]
+    check_group(group)
     data = group["parameters"]
+    check_group(data)
     model = _model_of(hdf5.read_text(group, "model"), data)
-    arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
-    names = [str(name) for name in group["status"].attrs["names"]]
+    lengths = {"N": scan.brdf.shape[0], "W": scan.brdf.shape[1], "P": len(model.names)}
+    arrays: dict[str, Any] = read_items(group, SCHEMA, lengths | {"I": len(scan.incident_angles)})
+    rows = [
+        Item(f"{_key(row.name)}{end}", ("W",), units.same_as(row.unit))
+        for row in model.parameters
+        for end in ("", "_errors")
+    ]
+    values = read_items(data, rows, lengths)
+    names, codes = text_list_attribute(group["status"], "names"), arrays.pop("status")
+    if codes.max() >= len(names):
+        raise InputError(f"/entry/fit/status holds {codes.max()}, and {len(names)} statuses have names")
     return Fit(
-        scan=Scan.read(entry),
+        scan=scan,
         model=model,
-        parameters={name: data[_key(name)][()] for name in model.names},
-        sigma={name: data[f"{_key(name)}_errors"][()] for name in model.names},
+        parameters={name: values[_key(name)] for name in model.names},
+        sigma={name: values[f"{_key(name)}_errors"] for name in model.names},
         given=_names(group, "given"),
         shared=_names(group, "shared"),
-        remarks=tuple(text.decode() for text in group["remarks"][()]),
-        status=np.array([names[code] for code in group["status"][()]]),
+        remarks=read_texts(group, "remarks", lengths["W"]),
+        status=np.array([names[code] for code in codes]),
         method=hdf5.read_text(group, "method"),
         device=hdf5.read_text(group, "device"),
-        seed=int(group["seed"][()]),
+        seed=int(read_items(group, [Item("seed", kind="whole")])["seed"]),
         provenance=hdf5.read_mapping(group, "provenance"),
         **arrays,
     )
@@ -269,7 +279,7 @@ def _key(name: str) -> str:
 
 def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
     """Names that a file of an earlier version does not hold."""
-    return tuple(text.decode() for text in group[name][()]) if name in group else ()
+    return read_texts(group, name) if name in group else ()
 
 
 def _model_of(name: str, data: h5py.Group) -> Model:
