@@ -26,6 +26,8 @@ START, BYTES_PER_SECOND = 5, 5e7
 WAIT = 20.0
 """How often its time may pass while other programs keep the processor busy."""
 
+ENDLESS = "reading it does not come to an end"
+
 
 def check_sound(path: Path) -> None:
     """Make sure that HDF5 comes to an end with a file.
@@ -52,7 +54,6 @@ def _look(path: str, state: tuple[int, ...]) -> str:
     """Look at a file in another process, once for each state of it; return what is wrong with it, or ""."""
     seconds = START + int(state[2] / BYTES_PER_SECOND)
     words = [sys.executable, "-P", look.__file__, path, str(MEMORY), str(seconds)]
-    endless = "reading it does not come to an end"
     try:
         done = subprocess.run(
             words,
@@ -63,10 +64,15 @@ def _look(path: str, state: tuple[int, ...]) -> str:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return endless
-    if done.returncode == 0:
+        return ENDLESS
+    return verdict(done.returncode, done.stdout)
+
+
+def verdict(status: int, output: bytes) -> str:
+    """Return what the exit status and the output of `look.py` say is wrong with a file, or ""."""
+    if status == 0:
         return ""
-    said = done.stdout.decode("ascii", "replace").strip()
-    if done.returncode == 1 and said:
+    said = output.decode("ascii", "replace").strip()
+    if status == 1 and said:
         return said
-    return endless if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL) else "HDF5 fails on it"
+    return ENDLESS if status in (-signal.SIGXCPU, -signal.SIGKILL) else "HDF5 fails on it"
