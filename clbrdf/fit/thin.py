@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from clbrdf.fit.problem import Problem
+from clbrdf.observation import ForwardModel
 
 
 def thinned(problem: Problem, most: int) -> Problem:
@@ -29,6 +30,7 @@ def thinned(problem: Problem, most: int) -> Problem:
     return replace(
         problem,
         features=problem.features[kept],
+        seen=ForwardModel(problem.model, problem.features[kept]),
         mirror=problem.mirror[kept],
         target=problem.target[:, kept] * weight[kept],
         scale=problem.scale[:, kept] * weight[kept],

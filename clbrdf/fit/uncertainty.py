@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.models import Model
+from clbrdf.observation import ForwardModel
 
 Array = npt.NDArray[np.float64]
 
@@ -58,8 +58,7 @@ class Uncertainty:
 
 
 def uncertainty(
-    model: Model,
-    features: Array,
+    seen: ForwardModel,
     parameters: Array,
     at_bound: npt.NDArray[np.bool_],
     residuals: Array,
@@ -70,8 +69,8 @@ def uncertainty(
 
     Parameters
     ----------
-    model : Model
-    features : (N, F) float64
+    seen : ForwardModel
+        Of the N directions.
     parameters : (W, P) float64
         At the optimum.
     at_bound : (W, P) bool
@@ -81,11 +80,11 @@ def uncertainty(
         Standard uncertainties of the measured values, 1/sr.
     """
     w, p = parameters.shape
-    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    size = max(1, CHUNK_BYTES // (8 * p * len(seen.features)))
     parts = []
     for first in range(0, w, size):
         rows = slice(first, first + size)
-        jacobian = model.jacobian(parameters[rows, None, :], features)
+        jacobian = seen.jacobian(parameters[rows, None, :])
         s = None if sigma is None else sigma[rows]
         parts.append(_chunk(jacobian, at_bound[rows], residuals[rows], weights[rows], s))
     return Uncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))

@@ -187,7 +187,7 @@ def measure(
         except InputError as error:
             raise InputError(f"{error}; all rows are safe in {folder}: then go on with --resume") from error
         _discard(folder)
-    return _outcome(raw, calibrated.scan, work)
+    return _outcome(raw, calibrated, work)
 
 
 Work = Route | Candidates

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import undone_at_end
 
 TRIED = 4096
 """Bytes written to see whether a file can be: a full disk takes a name, and no bytes."""
@@ -108,6 +109,11 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
     """
     target = check_output(path, overwrite)
     part = _part_of(target)
+    with undone_at_end(lambda: part.unlink(missing_ok=True)):
+        yield from _filled(part, target, overwrite)
+
+
+def _filled(part: Path, target: Path, overwrite: bool) -> Iterator[Path]:
     try:
         yield part
         with open(part, "rb") as stream:

@@ -6,14 +6,13 @@ reaches. A process can be given limits, and ended (docs/decisions/0140).
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
-import sys
 from functools import lru_cache
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.children import run_child
 from clbrdf.storage import look
 from clbrdf.storage.seal import is_sealed
 
@@ -53,26 +52,20 @@ def check_sound(path: Path) -> None:
 def _look(path: str, state: tuple[int, ...]) -> str:
     """Look at a file in another process, once for each state of it; return what is wrong with it, or ""."""
     seconds = START + int(state[2] / BYTES_PER_SECOND)
-    words = [sys.executable, "-P", look.__file__, path, str(MEMORY), str(seconds)]
+    words = [look.__file__, path, str(MEMORY), str(seconds)]
+    one_thread = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=WAIT * seconds,
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            check=False,
-        )
+        done = run_child(words, timeout=WAIT * seconds, environment=one_thread)
     except subprocess.TimeoutExpired:
         return ENDLESS
     return verdict(done.returncode, done.stdout)
 
 
-def verdict(status: int, output: bytes) -> str:
+def verdict(status: int, output: str) -> str:
     """Return what the exit status and the output of `look.py` say is wrong with a file, or ""."""
     if status == 0:
         return ""
-    said = output.decode("ascii", "replace").strip()
+    said = output.strip()
     if status == 1 and said:
         return said
     return ENDLESS if status in (-signal.SIGXCPU, -signal.SIGKILL) else "HDF5 fails on it"

@@ -135,12 +135,14 @@ def readers(folder: Path) -> dict[str, Callable[[Path], object]]:
     from clbrdf.rig.panel import load_panel
     from clbrdf.rig.rawscan import read_raw
     from clbrdf.rig.segment import read_header, read_rows
+    from clbrdf.rig.segmentcheck import check_segments
     from clbrdf.scene.scenefile import load_scene
     from clbrdf.scene.simulate import set_up
 
     whole = scan()
 
     def segment(path: Path) -> None:
+        check_segments([path])
         read_header(path)
         read_rows(path)
 

@@ -16,6 +16,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
@@ -23,6 +24,8 @@ import numpy as np
 
 from clbrdf import InputError
 from clbrdf.errors import LONGEST
+from clbrdf.rig import segmentcheck
+from clbrdf.rig.segment import read_header, read_rows
 from clbrdf.storage import look, sound
 from tests.damaged.hdf5_damage import damage
 from tests.damaged.sources import readers
@@ -43,24 +46,45 @@ def _hang(number: int, frame: FrameType | None) -> None:
     raise HangError
 
 
-def forked_look(path: str, state: tuple[int, ...]) -> str:
-    """Look at an HDF5 file as `sound._look` does, in a fork of this process: that takes a tenth of the time.
+def forked(work: Callable[[], object], seconds: int) -> tuple[int, str]:
+    """Do something in a fork of this process with limits; return its exit status and output.
 
-    `command_line` of test_mutated.py has the real one.
+    That takes a tenth of the time of a new process, which `command_line` of test_mutated.py has.
     """
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    seconds = sound.START + int(state[2] / sound.BYTES_PER_SECOND)
     with tempfile.TemporaryFile() as said:
         child = os.fork()
         if child == 0:
             os.dup2(said.fileno(), 1)
-            status = look.main([path, str(size + sound.MEMORY), str(seconds)])
-            sys.stdout.flush()
-            os._exit(status)
+            status = 1
+            try:
+                look.limit(size + sound.MEMORY, seconds)
+                work()
+                status = 0
+            except BaseException as error:
+                print((str(error).strip() or type(error).__name__).splitlines()[0], flush=True)
+            finally:
+                os._exit(status)
         _, status = os.waitpid(child, 0)
-        code = os.waitstatus_to_exitcode(status)
         said.seek(0)
-        return sound.verdict(code, said.read())
+        return os.waitstatus_to_exitcode(status), said.read().decode("utf-8", "replace")
+
+
+def look_at(path: str, state: tuple[int, ...]) -> str:
+    """Look at an HDF5 file as `sound._look` does."""
+    seconds = sound.START + int(state[2] / sound.BYTES_PER_SECOND)
+    return sound.verdict(*forked(lambda: look.look(path), seconds))
+
+
+def segment(path: Path) -> None:
+    """Read a segment as `follow` does: first in a process that can be ended."""
+    status, said = forked(lambda: (read_header(path), read_rows(path)), int(segmentcheck.START_TIME))
+    if status == 1 and str(path) in said:
+        raise InputError(said.strip())
+    if status:
+        raise InputError(f"{path}: damaged segment")
+    read_header(path)
+    read_rows(path)
 
 
 def kinds(names: list[str]) -> list[tuple[str, str]]:
@@ -95,8 +119,8 @@ def main(words: list[str]) -> int:
     folder, start, stop, seed = Path(words[0]), *map(int, words[1:4])
     warnings.simplefilter("error")
     signal.signal(signal.SIGPROF, _hang)
-    sound._look = forked_look
-    by_kind = readers(folder)
+    sound._look = look_at
+    by_kind = {**readers(folder), "segment.h5": segment}
     names = sorted(name for name in by_kind if (folder / "sound" / name).exists())
     counts: Counter[str] = Counter()
     failures: list[dict[str, object]] = []
