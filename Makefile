@@ -104,4 +104,5 @@ build/oracles/installed: pyproject.toml | .venv/installed-dev
 tree:
 	rm -rf build/tree && mkdir -p build/tree/clbrdf
 	ln -s "$(CURDIR)"/clbrdf/* build/tree/clbrdf/
+	ln -s "$(CURDIR)"/clbrdf_start.py build/tree/
 	for folder in kernels scans viz; do ln -s "$(CURDIR)/$$folder" build/tree/clbrdf/$$folder; done

@@ -19,6 +19,7 @@ COMMANDS = {
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "choose": "compare models and say which describes a scan",
+    "batch": "fit many scans on all cores, or on a cluster",
     "models": "list the models, or show the page of one",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",

@@ -10,13 +10,13 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from clbrdf.cli.options import Output, Overwrite, column_map
-from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_scan, print_scans
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Options
 from clbrdf.formats.load import load
 from clbrdf.scan import save_scans
 from clbrdf.storage.files import check_apart, check_output
+from clbrdf.storage.provenance import made_by
 
 Unit = Literal["deg", "rad", "nm", "um"]
 Scale = Literal["1", "pi", "percent", "pi-percent"]
