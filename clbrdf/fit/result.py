@@ -21,7 +21,6 @@ from clbrdf.models import Model
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -157,11 +156,6 @@ class Fit(Record):
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return cls(**storage.read(entry))
+                return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error
