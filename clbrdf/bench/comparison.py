@@ -186,9 +186,9 @@ def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
     """Return what one fit of a problem comes to, a run for each wavelength."""
     result = _fit(task.problem, method, device, seed)
     gaps = relative_gap(result.objective, task.reference)
-    seconds = result.seconds / len(gaps)
+    seconds = result.search.seconds / len(gaps)
     runs = []
-    for wavelength, gap, spent in zip(result.wavelength, gaps, result.evaluations, strict=True):
+    for wavelength, gap, spent in zip(result.wavelength, gaps, result.search.evaluations, strict=True):
         reached = [gap <= target for target in TARGETS]
         runs.append(
             Run(
@@ -231,7 +231,7 @@ def distinct_methods(
     """Return the methods without `auto` where that is one of the others on every problem."""
     if "auto" not in methods or len(methods) == 1:
         return tuple(methods)
-    taken = {_fit(task.problem, "auto", device).method for task in tasks}
+    taken = {_fit(task.problem, "auto", device).setup.method for task in tasks}
     if len(taken) == 1 and taken <= set(methods) - {"auto"}:
         return tuple(method for method in methods if method != "auto")
     return tuple(methods)

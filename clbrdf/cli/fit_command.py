@@ -17,6 +17,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
+from clbrdf.fit.words import remarks_line
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import choose_device
@@ -172,29 +173,29 @@ def fit_content(fit: Fit) -> dict[str, Any]:
     return {
         "sample": scan.sample,
         "model": fit.model.name,
-        "method": fit.method,
-        "seed": fit.seed,
+        "method": fit.setup.method,
+        "seed": fit.setup.seed,
         "given": list(fit.given),
         "shared": list(fit.shared),
-        "device": fit.device,
-        "seconds": fit.seconds,
+        "device": fit.search.device,
+        "seconds": fit.search.seconds,
         "provenance": dict(fit.provenance),
-        "bounds": dict(zip(fit.model.names, fit.bounds.tolist(), strict=True)),
+        "bounds": dict(zip(fit.model.names, fit.setup.bounds.tolist(), strict=True)),
         "incident_angles": scan.incident_angles.tolist(),
         "wavelength": scan.wavelength.tolist(),
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
-        "relative_rms_by_incident_angle": fit.relative_rms_by_incident_angle.T.tolist(),
+        "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),
         "status": fit.status.tolist(),
         "correlation": fit.correlation.tolist(),
-        "condition": fit.condition.tolist(),
-        "remarks": list(fit.remarks),
-        "starts": fit.starts.tolist(),
-        "agreeing": fit.agreeing.tolist(),
-        "evaluations": fit.evaluations.tolist(),
-        "acceptance": fit.acceptance.tolist(),
-        "not_finite": fit.not_finite.tolist(),
+        "condition": fit.estimate.condition.tolist(),
+        "remarks": [remarks_line(remarks) for remarks in fit.remarks],
+        "starts": fit.search.starts.tolist(),
+        "agreeing": fit.search.agreeing.tolist(),
+        "evaluations": fit.search.evaluations.tolist(),
+        "acceptance": fit.search.acceptance.tolist(),
+        "not_finite": fit.search.not_finite.tolist(),
         "masked": np.count_nonzero(scan.mask, axis=0).tolist(),
     }

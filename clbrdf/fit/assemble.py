@@ -1,26 +1,24 @@
-"""From a solution to a Fit: parameters, their uncertainties, what the data leave open, status."""
+"""From a solution to what a fit says: parameters, their uncertainties, how good they are, status."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.identifiability import remarks
 from clbrdf.fit.parts import in_order
-from clbrdf.fit.result import Fit
+from clbrdf.fit.records import Estimate, Goodness, Setup
 from clbrdf.fit.shared_uncertainty import shared_uncertainty, with_shared
 from clbrdf.fit.solve import Solution
-from clbrdf.fit.uncertainty import uncertainty
+from clbrdf.fit.uncertainty import Uncertainty, uncertainty
 from clbrdf.models import Model
 from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
 from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 NEGLIGIBLE = 1e-9
 """Share of E that setting a parameter to 0 may cost."""
@@ -30,44 +28,70 @@ BOUND_TOLERANCE = 1e-9
 
 
 def assemble(
-    scan: Scan,
-    seen: ForwardModel,
-    fitted: npt.NDArray[np.intp],
-    solution: Solution,
-    *,
-    covariance: Array | None,
-    weights: Array,
-    bounds: Array,
-    given: Mapping[str, Array],
-    shared: tuple[str, ...],
-    method: str,
-    device: str,
-    seed: int,
-    provenance: Mapping[str, str],
-    tolerance: tuple[str, ...],
-    start: float,
-) -> Fit:
-    """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
+    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, covariance: Array | None = None
+) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
+    """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `seen` is the model as the detector sees it in the scan's directions.
-
-    `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
-    wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
-    the reading of `time.perf_counter` when the fit began.
+    `covariance` (K, P, P), of the coordinates at the K fitted wavelengths, replaces the one of the data
+    alone.
     """
-    w, model = len(scan.wavelength), seen.model
+    fitted, model = setup.fitted, seen.model
+    known = np.array([name in setup.fixed for name in model.names])
+    vector, at_bound, values = _settled(scan, seen, setup, solution, known)
+    result = _uncertainty(scan, seen, setup, vector, at_bound, values)
+    deviation = result.sigma
+    if covariance is not None:
+        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
+        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
+        deviation[at_bound | known] = np.nan
+
+    def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
+        out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
+        out[fitted] = some
+        return out
+
+    estimate = Estimate(
+        vector=placed(vector, np.nan),
+        sigma=placed(deviation, np.nan),
+        correlation=placed(result.correlation, np.nan),
+        condition=placed(result.condition, np.nan),
+        at_bound=placed(at_bound, False),
+        undetermined=placed(result.undetermined, False),
+    )
+    status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
+    status[~result.determined] = "ambiguous"
+    status[~solution.converged] = "not converged"
+    everywhere = np.full(scan.brdf.shape, np.nan)
+    everywhere[:, fitted] = values.T
+    return estimate, goodness(scan, setup, everywhere), placed(status, "no data")
+
+
+def goodness(scan: Scan, setup: Setup, values: Array) -> Goodness:
+    """Return how well model values (N, W), 1/sr, meet a scan."""
+    return Goodness(
+        objective=objective(values, scan, setup.weights),
+        relative_rms=relative_rms(values, scan),
+        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
+    )
+
+
+def _settled(
+    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, known: Mask
+) -> tuple[Array, Mask, Array]:
+    """Return parameters (K, P), which stand at a limit, and model values (K, N) at the fitted wavelengths."""
+    fitted, bounds, model = setup.fitted, setup.bounds, seen.model
     limits = model.coordinate_bounds(bounds)
-    known = np.array([name in given for name in model.names])
-    in_common = np.array([name in shared for name in model.names])
+    in_common = np.array([name in setup.shared for name in model.names])
     coordinates = in_order(model, solution.coordinates, bounds, known, in_common)
     vector, at_bound = settle(model, coordinates, limits, bounds)
-    for name, spectrum in given.items():
+    for name, spectrum in setup.fixed.items():
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    fitted_values = seen.brdf(vector[:, None, :])
+    values = seen.brdf(vector[:, None, :])
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
-    energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
+    energy = objective(values.T, scan.columns(fitted), setup.weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
     zero = (vector == 0.0) & floored & ~known
     counts = zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))
@@ -75,10 +99,21 @@ def assemble(
         counts[:] = True
     for k in np.flatnonzero(counts):
         vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        fitted_values[k] = seen.brdf(vector[k, None, :])
+        values[k] = seen.brdf(vector[k, None, :])
+    return vector, at_bound, values
+
+
+def _uncertainty(
+    scan: Scan, seen: ForwardModel, setup: Setup, vector: Array, at_bound: Mask, values: Array
+) -> Uncertainty:
+    """Return the uncertainties at the fitted wavelengths, of shared parameters those of all together."""
+    fitted, model = setup.fitted, seen.model
+    known = np.array([name in setup.fixed for name in model.names])
+    in_common = np.array([name in setup.shared for name in model.names])
+    g = setup.weights[:, fitted]
     data = (
-        fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
-        weights[:, fitted].T,
+        values - np.where(g > 0.0, scan.brdf[:, fitted], 0.0).T,
+        g.T,
         None if scan.sigma is None else scan.sigma[:, fitted].T,
     )
     result = uncertainty(seen, vector, at_bound | known | in_common, *data)
@@ -86,76 +121,10 @@ def assemble(
     if len(together):
         own = ~(at_bound | known | in_common)
         result = with_shared(result, *shared_uncertainty(seen, vector, own, together, *data), together)
-
-    def placed(values: Any, fill: Any) -> Any:
-        out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
-        out[fitted] = values
-        return out
-
-    deviation = result.sigma
-    if covariance is not None:
-        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
-        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
-        deviation[at_bound | known] = np.nan
-    parameters, sigma = placed(vector, np.nan), placed(deviation, np.nan)
-    correlation = placed(result.correlation, np.nan)
-    status = np.full(w, "no data", dtype="<U13")
-    for j, place in enumerate(fitted):
-        converged, determined = bool(solution.converged[j]), bool(result.determined[j])
-        status[place] = _status(converged, determined, bool(at_bound[j].any()))
-
-    values = np.full(scan.brdf.shape, np.nan)
-    values[:, fitted] = fitted_values.T
-    return Fit(
-        scan=scan,
-        model=model,
-        parameters=dict(zip(model.names, parameters.T.copy(), strict=True)),
-        sigma=dict(zip(model.names, sigma.T.copy(), strict=True)),
-        objective=objective(values, scan, weights),
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
-        status=status,
-        correlation=correlation,
-        condition=placed(result.condition, np.nan),
-        remarks=remarks(
-            seen,
-            scan,
-            parameters,
-            placed(result.undetermined, False),
-            placed(at_bound, False),
-            correlation,
-            weights > 0.0,
-            int(np.count_nonzero(~known)),
-        ),
-        evaluations=placed(solution.evaluations, 0),
-        starts=placed(solution.starts, 0),
-        agreeing=placed(solution.agreeing, 0),
-        acceptance=placed(solution.acceptance, np.nan),
-        not_finite=placed(solution.not_finite, 0),
-        weights=weights,
-        bounds=bounds,
-        given=tuple(given),
-        shared=shared,
-        method=method,
-        device=device,
-        seed=seed,
-        provenance=provenance,
-        tolerance=tolerance,
-        seconds=time.perf_counter() - start,
-    )
+    return result
 
 
-def _status(converged: bool, determined: bool, at_bound: bool) -> str:
-    if not converged:
-        return "not converged"
-    if not determined:
-        return "ambiguous"
-    return "at bound" if at_bound else "converged"
-
-
-def settle(
-    model: Model, coordinates: Array, limits: Array, bounds: Array
-) -> tuple[Array, npt.NDArray[np.bool_]]:
+def settle(model: Model, coordinates: Array, limits: Array, bounds: Array) -> tuple[Array, Mask]:
     """Turn coordinates (W, P) into parameters, those at a limit set to it exactly; say which they are.
 
     A parameter on a log scale that has reached the floor near 0 is 0.

@@ -191,7 +191,7 @@ def measure(
                 " free some space, then go on with --resume"
             ) from error
         _discard(folder)
-    return _outcome(raw, calibrated.scan, work)
+    return _outcome(raw, calibrated, work)
 
 
 Work = Route | Candidates

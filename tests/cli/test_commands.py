@@ -168,7 +168,7 @@ class TestFit:
         status, _, _ = run("fit", scan_file, "-o", tmp_path / "fit.h5", "--weights", weights, *FAST)
         assert status == 0
         fit = Fit.open(tmp_path / "fit.h5")
-        assert (fit.weights[:, 0] == (small_scan.theta_i > 40.0)).all()
+        assert (fit.setup.weights[:, 0] == (small_scan.theta_i > 40.0)).all()
         for text, said in (
             ("theta_i_deg,weight\n1,1\n", "no column theta_r_deg"),
             (
@@ -357,7 +357,7 @@ class TestMachine:
             ).stdout.split("\n")
             for _ in range(3)
         ]
-        # Half a second is the brief's limit; the best of three, because machines are shared.
+        # Quick enough for a shell and a notebook; the best of three, because machines are shared.
         assert min(float(seconds) for seconds, *_ in runs) < 0.5
         assert all(loaded == "[]" for _, loaded, *_ in runs)
 

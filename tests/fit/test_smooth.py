@@ -79,8 +79,8 @@ def test_a_penalty_brings_neighbours_together_and_narrows_error_bars(scan):
         assert np.ptp(even.parameters[name]) < np.ptp(rough.parameters[name])
         assert (even.sigma[name] < rough.sigma[name]).all()
     assert (even.objective >= rough.objective * (1.0 - 1e-9)).all()
-    assert even.provenance["smooth"] == "0.001"
-    assert "smooth" not in rough.provenance
+    assert even.setup.smooth == 0.001
+    assert rough.setup.smooth is None
 
 
 def test_neighbours_lead_out_of_a_bad_optimum(scan, device):
