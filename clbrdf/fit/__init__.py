@@ -175,11 +175,11 @@ def fit(
         parts = []
         for k, block in enumerate(blocks):
             parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
-    solution, covariance = joined(parts), None
+    solution, tied = joined(parts), None
     if smooth is not None:
         problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
-        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -193,7 +193,7 @@ def fit(
         seed=seed,
     )
     seen = ForwardModel(chosen, chosen.features(scan.directions))
-    estimate, goodness, status = assemble(scan, seen, setup, solution, covariance)
+    estimate, goodness, status = assemble(scan, seen, setup, solution, tied)
     return Fit(
         scan=scan,
         model=chosen,

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.carried import Part
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
@@ -66,6 +67,12 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    parts = hdf5.group(group, "uncertainty", "NXcollection")
+    for k, part in enumerate(estimate.parts):
+        one = hdf5.group(parts, f"part_{k}", "NXcollection")
+        one["name"], one["words"], one["is_common"] = part.name, part.words, part.is_common
+        hdf5.field(one, "own", part.own, "1", "covariance at each wavelength by itself")
+        hdf5.field(one, "modes", part.modes, "1", "errors that wavelengths have in common")
     # For readers of the file: the program finds remarks anew from the numbers.
     group["remarks"] = [remarks_line(remarks) for remarks in fit.remarks]
     hdf5.write_mapping(group, "provenance", fit.provenance)
@@ -125,7 +132,24 @@ def _estimate(group: h5py.Group, model: Model, vector: Array) -> Estimate:
         fitted = np.isfinite(vector) & ~np.isin(model.names, given)
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
-    return Estimate(vector=vector, sigma=sigma, **arrays, **masks)
+    return Estimate(vector=vector, sigma=sigma, **arrays, **masks, parts=_parts(group))
+
+
+def _parts(group: h5py.Group) -> tuple[Part, ...]:
+    """Read what makes the uncertainties; files before version 0.2 do not hold it."""
+    if "uncertainty" not in group:
+        return ()
+    found = (group["uncertainty"][f"part_{k}"] for k in range(len(group["uncertainty"])))
+    return tuple(
+        Part(
+            hdf5.read_text(one, "name"),
+            hdf5.read_text(one, "words"),
+            one["own"][()],
+            one["modes"][()],
+            bool(one["is_common"][()]),
+        )
+        for one in found
+    )
 
 
 def _key(name: str) -> str:
