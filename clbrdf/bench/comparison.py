@@ -25,8 +25,8 @@ from clbrdf.optimizers import OPTIMIZERS, minimise
 from clbrdf.optimizers.device_objective import DeviceObjective
 from clbrdf.optimizers.gap import relative_gap, target_value
 from clbrdf.optimizers.objective import NumpyObjective, Values
-from clbrdf.optimizers.processes import run_jobs
 from clbrdf.optimizers.separable import SeparableObjective
+from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
@@ -129,7 +129,7 @@ Job = tuple[str, Problem, str, float, int, int, str]
 
 
 def run_optimizers(
-    tasks: Sequence[Task], rules: Rules, processes: int = 1, report: Report = silent
+    tasks: Sequence[Task], rules: Rules, executor: Executor | None = None, report: Report = silent
 ) -> list[Run]:
     """Return a run of each optimizer on each wavelength from each seed."""
     jobs: list[Job] = []
@@ -145,7 +145,7 @@ def run_optimizers(
                     for seed in range(seeds)
                 ]
     order = {name: k for k, name in enumerate(rules.optimizers)}
-    runs = run_jobs(_run, jobs, processes, report)
+    runs = run_jobs(executor or Serial(), _run, jobs, len(jobs), report)
     return sorted(runs, key=lambda run: order[run.contender])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 
 from cyclopts import App, CycloptsError
 
@@ -39,6 +40,16 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 
 
+def mend_streams() -> None:
+    """Give closed standard streams an empty end; let those of few letters replace what they lack."""
+    for name in ("stdin", "stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, TextIOWrapper) and name != "stdin":
+            stream.reconfigure(errors="replace")
+
+
 def make_app(chosen: str = "") -> App:
     """Return the command-line application; only the command chosen is loaded, and gives its own help."""
     app = App(
@@ -57,6 +68,7 @@ def make_app(chosen: str = "") -> App:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
     words = list(sys.argv[1:] if argv is None else argv)
+    mend_streams()
     try:
         status = make_app(*words[:1])(
             words, exit_on_error=False, print_error=False, result_action="return_value"

@@ -15,6 +15,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import Problem, make_problem
@@ -30,6 +31,7 @@ from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.observation import ForwardModel
 from clbrdf.opencl.device import Device, choose_device
+from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
@@ -65,6 +67,7 @@ def fit(
     rtol: float | None = None,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
+    executor: Executor | None = None,
     report: Report = silent,
 ) -> Fit:
     """Fit a model to a scan at every wavelength.
@@ -107,6 +110,11 @@ def fit(
         that takes them.
     device : Device, optional
         From `choose_device`; the preferred one if not given.
+    executor : Executor, optional
+        Whose `map` runs the blocks of wavelengths, such as a `clbrdf.parallel.processes.Processes`, any
+        `concurrent.futures.Executor`, or that of a Dask client, ``client.get_executor()``; the result is
+        the same to the last bit. This process, one block after the other, if not given; with `shared`, in
+        any case.
     report : callable
         Called with (steps done, steps in all).
 
@@ -172,9 +180,13 @@ def fit(
         parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
-        parts = []
-        for k, block in enumerate(blocks):
-            parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+        if executor is None:
+            parts = []
+            for k, block in enumerate(blocks):
+                parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+        else:
+            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
+            parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
     solution, tied = joined(parts), None
     if smooth is not None:
         problem = problem_of(fitted)

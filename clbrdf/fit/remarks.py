@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.models import Model
+from clbrdf.observation import ForwardModel
 
 if TYPE_CHECKING:
     from clbrdf.fit.result import Fit
@@ -65,12 +66,12 @@ Remarks = tuple[Remark, ...]
 def remarks_of(fit: Fit) -> tuple[Remarks, ...]:
     """Return the remarks on each of the W wavelengths of a fit."""
     model, estimate, used = fit.model, fit.estimate, fit.setup.weights > 0.0
-    features = model.features(fit.scan.directions)
+    seen = ForwardModel(model, model.features(fit.scan.directions))
     free = len(model.names) - len(fit.setup.fixed)
 
     def found(k: int) -> Remarks:
         vector, at_bound = estimate.vector[k], estimate.at_bound[k]
-        if _no_lobe(model, features[used[:, k]], vector):
+        if _no_lobe(seen, used[:, k], vector):
             lobe = _lobe_names(model)
             kept = np.array([name not in lobe for name in model.names])
             return (Remark("no lobe", tuple(lobe)), *_held(model, vector, at_bound & kept))
@@ -89,13 +90,13 @@ def _lobe_names(model: Model) -> list[str]:
     return [*model.structure.growth, *model.structure.shape, model.structure.linear[0]]
 
 
-def _no_lobe(model: Model, features: Array, parameters: Array) -> bool:
+def _no_lobe(seen: ForwardModel, used: Mask, parameters: Array) -> bool:
     """Whether a model that tells its lobe from the rest has none in some directions."""
-    structure = model.structure
-    if structure is None or len(features) < len(model.names) or not np.isfinite(parameters).all():
+    model, structure = seen.model, seen.model.structure
+    if structure is None or used.sum() < len(model.names) or not np.isfinite(parameters).all():
         return False
     rest = parameters[model.places(structure.linear)[1]] * structure.diffuse
-    fitted = model.brdf(parameters[None, :], features)
+    fitted = seen.take(used).brdf(parameters[None, :])
     return bool((fitted - rest).max() <= NO_LOBE * fitted.max())
 
 

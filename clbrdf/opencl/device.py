@@ -116,6 +116,22 @@ def choose_device(name: str | None = None) -> Device:
 
 
 @cache
+def device_here(device: Device) -> Device:
+    """Return the device of this process that is the same runtime on the same hardware.
+
+    Raises
+    ------
+    DeviceError
+        There is none.
+    """
+    for here in list_devices():
+        if (str(here), here.driver, here.kind) == (str(device), device.driver, device.kind):
+            # What the process may use of it, and its place, can differ from process to process.
+            return here
+    raise DeviceError(f"{device} is not here; there are: {'; '.join(map(str, list_devices())) or 'none'}")
+
+
+@cache
 def open_queue(device: Device) -> cl.CommandQueue:
     """Return the command queue of a device, one per process."""
     import pyopencl as cl

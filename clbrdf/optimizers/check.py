@@ -19,7 +19,7 @@ from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import Found, search_twice
 from clbrdf.optimizers.objective import NumpyObjective
-from clbrdf.optimizers.processes import run_jobs
+from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
 
 TOLERANCE = 1e-6
@@ -98,7 +98,7 @@ def check_fit(
     *,
     seed: int = 0,
     effort: float = 1.0,
-    processes: int = 1,
+    executor: Executor | None = None,
     report: Report = silent,
 ) -> tuple[Verdict, ...]:
     """Search the optimum of a fit again at some of its wavelengths.
@@ -115,9 +115,8 @@ def check_fit(
         Of the searches.
     effort : float
         Factor on their budgets (clbrdf.optimizers.independent).
-    processes : int
-        Over which the wavelengths are spread; results do not depend on it. With more than 1, a script has to
-        guard its main part, as for every use of multiprocessing.
+    executor : Executor, optional
+        Runs the wavelengths; one after the other if not given. Results do not depend on it.
     report : callable
         Called with (wavelengths done, wavelengths in all).
 
@@ -149,7 +148,7 @@ def check_fit(
             given={name: fit.parameters[name][one] for name in (*fit.given, *fit.shared)},
         )
         jobs.append((problem, seed, effort))
-    found = run_jobs(_search, jobs, processes, report)
+    found = run_jobs(executor or Serial(), _search, jobs, len(jobs), report)
     return tuple(
         _verdict(fit, int(place), problem, pair)
         for place, (problem, _, _), pair in zip(chosen, jobs, found, strict=True)

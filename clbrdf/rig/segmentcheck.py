@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.children import follow_parent, run_child
 from clbrdf.rig.segment import read_header, read_rows
 
 START_TIME, BYTES_PER_SECOND = 20.0, 2e6
@@ -22,6 +23,7 @@ CODE = "import sys; from clbrdf.rig.segmentcheck import look; look(sys.argv[1:])
 
 def look(paths: Sequence[str]) -> None:
     """Read segments from end to end, naming each before it is read and what is wrong with it."""
+    follow_parent()
     for path in paths:
         print(path, flush=True)
         try:
@@ -43,16 +45,8 @@ def check_segments(paths: Sequence[Path]) -> None:
     if not paths:
         return
     size = sum(path.stat().st_size for path in paths)
-    words = [sys.executable, "-c", CODE, *map(str, paths)]
     try:
-        done = subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=START_TIME + size / BYTES_PER_SECOND,
-            check=False,
-        )
+        done = run_child(["-c", CODE, *map(str, paths)], timeout=START_TIME + size / BYTES_PER_SECOND)
     except subprocess.TimeoutExpired as error:
         seen = (error.stdout or b"").decode("utf-8", "replace").splitlines()
         raise InputError(

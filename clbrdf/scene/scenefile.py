@@ -10,17 +10,17 @@ from pydantic import Field, field_validator, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid, Series
+from clbrdf.instrument.aperture import Aperture
+from clbrdf.instrument.bandwidth import Bandwidth
+from clbrdf.instrument.beam import Beam
+from clbrdf.instrument.footprint import Footprint
+from clbrdf.instrument.misalignment import Misalignment
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.opencl.precision import get_precision
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.detector import Detector
-from clbrdf.scene.effects.aperture import Aperture
-from clbrdf.scene.effects.bandwidth import Bandwidth
-from clbrdf.scene.effects.beam import Beam
 from clbrdf.scene.effects.dark import Dark
-from clbrdf.scene.effects.footprint import Footprint
 from clbrdf.scene.effects.lamp_drift import LampDrift
-from clbrdf.scene.effects.misalignment import Misalignment
 from clbrdf.scene.effects.nonlinearity import Nonlinearity
 from clbrdf.scene.effects.read_noise import ReadNoise
 from clbrdf.scene.effects.reader import Reader

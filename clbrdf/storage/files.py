@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import undone_at_end
 
 
 def split_entry(path: str | Path) -> tuple[Path, str]:
@@ -69,6 +70,11 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
     """
     target = check_output(path, overwrite)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    with undone_at_end(lambda: part.unlink(missing_ok=True)):
+        yield from _filled(part, target, overwrite)
+
+
+def _filled(part: Path, target: Path, overwrite: bool) -> Iterator[Path]:
     try:
         part.touch()  # an unwritable folder is told here, in the system's words and not in a library's
         part.unlink()

@@ -349,7 +349,7 @@ class TestMachine:
             ).stdout.split("\n")
             for _ in range(3)
         ]
-        # Half a second is the brief's limit; the best of three, because machines are shared.
+        # Quick enough for a shell and a notebook; the best of three, because machines are shared.
         assert min(float(seconds) for seconds, *_ in runs) < 0.5
         assert all(loaded == "[]" for _, loaded, *_ in runs)
 

@@ -177,8 +177,8 @@ def test_marks_and_whiskers(gl, foil):
 
 def test_words(small_scan):
     subject = Subject("foil", small_scan)
-    assert "not measured at θi = 33°" in points_text(subject, 33.0, 0, 0)
-    assert points_text(subject, 30.0, 14, 2) == "14 measured points, 2 masked and not shown"
+    assert "not measured at θi = 33°" in points_text(subject, 33.0, 0, 0, 0)
+    assert points_text(subject, 30.0, 14, 2, 14) == "14 measured points, 2 masked and not shown"
     text = peak_text([1.0, 5.0], unit_vectors([10.0, 85.0], [0.0, 180.0]), 85.0, False)
     assert text == "peak 5 1/sr at θr = 85.0°, φ = 180° (at the edge of the mesh)"
     assert peak_text([1.0, -5.0], unit_vectors([0.0, 20.0], 0.0), None, True).startswith(

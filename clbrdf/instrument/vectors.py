@@ -60,3 +60,15 @@ def directions_of(source: Array, view: Array, normal: Array | None = None) -> Di
     theta_i, phi_i = zenith_azimuth(source, normal)
     theta_r, phi_r = zenith_azimuth(view, normal)
     return Directions.relative(theta_i, theta_r, phi_r - phi_i)
+
+
+def tangents(centre: Array, towards: Array) -> tuple[Array, Array]:
+    """Two unit tangents (N, 3) at the centres, the first towards another direction where it differs."""
+    along = towards - centre * (towards * centre).sum(axis=1)[:, None]
+    length = np.linalg.norm(along, axis=1)
+    # Any tangent serves where the two directions coincide.
+    spare = np.where(np.abs(centre[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    spare = spare - centre * (spare * centre).sum(axis=1)[:, None]
+    along = np.where((length > 1e-12)[:, None], along, spare)
+    first = along / np.linalg.norm(along, axis=1)[:, None]
+    return first, np.cross(centre, first)

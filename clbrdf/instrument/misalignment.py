@@ -25,7 +25,7 @@ from pydantic import Field
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, cos_deg
-from clbrdf.scene.vectors import angle_beside, directions_of, pair_of_vectors
+from clbrdf.instrument.vectors import angle_beside, directions_of, pair_of_vectors
 from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]

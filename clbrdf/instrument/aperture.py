@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from clbrdf.scene.cone import cone_nodes
-from clbrdf.scene.vectors import mirrored
+from clbrdf.instrument.rules import Rule
+from clbrdf.instrument.vectors import mirrored
 from clbrdf.storage.tomlfile import Settings
 
 Array = npt.NDArray[np.float64]
@@ -38,8 +38,11 @@ def solid_angle(angle: float) -> float:
     return float(4.0 * np.pi * np.sin(np.deg2rad(angle) / 4.0) ** 2)
 
 
-def aperture_nodes(settings: Aperture, source: Array, view: Array, order: int) -> tuple[Array, Array]:
-    """Return view vectors (N, K, 3) and weights (N, K), for vectors (N, 3); the weights hold cosθ / cosθr."""
-    nodes, weights = cone_nodes(view, mirrored(source), np.deg2rad(settings.angle) / 2.0, order)
-    weights *= nodes[..., 2] / view[:, None, 2]
-    return nodes, weights / solid_angle(settings.angle)
+def aperture_nodes(angle: float | Array, source: Array, view: Array, rule: Rule) -> tuple[Array, Array]:
+    """Return view vectors (N, K, 3) and weights (N, K), for vectors (N, 3); the weights hold cosθ / cosθr.
+
+    `angle` is the full angle of the cone, degrees, one or (N,).
+    """
+    half_angle = np.broadcast_to(np.deg2rad(angle) / 2.0, len(view))
+    nodes, shares = rule.nodes(view, mirrored(source), half_angle)
+    return nodes, shares * nodes[..., 2] / view[:, None, 2]

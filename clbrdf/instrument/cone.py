@@ -19,18 +19,22 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.instrument.vectors import tangents
+
 Array = npt.NDArray[np.float64]
 
 FARTHEST_CENTRE = np.pi / 2.0
 """A centre farther from the axis than this has no lobe to offer: the axis serves."""
 
 
-def cone_nodes(axis: Array, centre: Array, half_angle: float, order: int) -> tuple[Array, Array]:
+def cone_nodes(axis: Array, centre: Array, half_angle: float | Array, order: int) -> tuple[Array, Array]:
     """Return nodes (N, K, 3) and weights (N, K) in sr over cones about axes (N, 3); K = 2 order².
 
-    `centre` (N, 3) is where a lobe may peak, inside the cone or not; `half_angle` is in radians, below π/2.
-    The weights of a cone add up to its solid angle 2π (1 − cos R), to the accuracy of the rule.
+    `centre` (N, 3) is where a lobe may peak, inside the cone or not; `half_angle`, one or (N,), is in
+    radians, below π/2. The weights of a cone add up to its solid angle 2π (1 − cos R), to the accuracy of
+    the rule.
     """
+    half_angle = np.broadcast_to(np.asarray(half_angle, dtype=np.float64), len(axis))
     gap = angle_between(axis, centre)
     far = gap > FARTHEST_CENTRE
     centre = np.where(far[:, None], axis, centre)
@@ -52,7 +56,7 @@ def cone_nodes(axis: Array, centre: Array, half_angle: float, order: int) -> tup
 
 
 def _circles(
-    gap: Array, inside: npt.NDArray[np.bool_], half_angle: float, order: int
+    gap: Array, inside: npt.NDArray[np.bool_], half_angle: Array, order: int
 ) -> tuple[Array, Array, Array]:
     """Radii (N, 2 order) about the centre, their widths dr, and the half-angles α of arcs."""
     s, weight = np.polynomial.legendre.leggauss(order)
@@ -65,10 +69,10 @@ def _circles(
     span = high - low
     radius = low + span * places**2 * (3.0 - 2.0 * places)
     width = widths * span * 6.0 * places * (1.0 - places)
-    reach = half_angle - gap[inside, None]
+    reach = (half_angle - gap)[inside, None]
     radius[inside, :order] = reach * s**3
     width[inside, :order] = reach * 3.0 * s**2 * weight
-    d = gap[:, None]
+    d, half_angle = gap[:, None], half_angle[:, None]
     upper = np.sin((half_angle - radius + d) / 2.0) * np.sin((half_angle + radius - d) / 2.0)
     lower = np.sin((half_angle + radius + d) / 2.0) * np.sin((radius + d - half_angle) / 2.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -89,15 +93,3 @@ def _angles(arc: Array, inside: npt.NDArray[np.bool_], order: int) -> tuple[Arra
 def angle_between(a: Array, b: Array) -> Array:
     """Angle between unit vectors (N, 3), radians, without cancellation."""
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
-
-
-def tangents(centre: Array, towards: Array) -> tuple[Array, Array]:
-    """Two unit tangents (N, 3) at the centres, the first towards another direction where it differs."""
-    along = towards - centre * (towards * centre).sum(axis=1)[:, None]
-    length = np.linalg.norm(along, axis=1)
-    # Any tangent serves where the two directions coincide.
-    spare = np.where(np.abs(centre[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    spare = spare - centre * (spare * centre).sum(axis=1)[:, None]
-    along = np.where((length > 1e-12)[:, None], along, spare)
-    first = along / np.linalg.norm(along, axis=1)[:, None]
-    return first, np.cross(centre, first)
