@@ -15,6 +15,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
 from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
 from clbrdf.geometry import Directions
@@ -53,6 +54,8 @@ class Fit(Record):
         One of STATUSES.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
+    monte_carlo : MonteCarlo or None
+        Coverage intervals from draws, where they were asked for.
     """
 
     scan: Scan
@@ -63,6 +66,7 @@ class Fit(Record):
     search: Search
     status: npt.NDArray[np.str_]
     provenance: Mapping[str, str] = field(default_factory=dict)
+    monte_carlo: MonteCarlo | None = None
 
     @property
     def wavelength(self) -> Array:

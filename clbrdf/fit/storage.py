@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit.carried import Part
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
@@ -28,6 +29,8 @@ GOODNESS = ("objective", "relative_rms", "relative_rms_by_incident_angle")
 SEARCH = ("evaluations", "starts", "agreeing", "acceptance", "not_finite")
 SETUP = ("weights", "bounds")
 """Arrays of each record that go to the file under their own names."""
+
+MONTE_CARLO = ("intervals", "median", "at_bound", "converged")
 
 MASKS = ("at_bound", "undetermined")
 """Of the estimate, (W, P) as 0 and 1; files before version 0.2 do not hold them."""
@@ -73,6 +76,12 @@ def write(fit: Fit, group: h5py.Group) -> None:
         one["name"], one["words"], one["is_common"] = part.name, part.words, part.is_common
         hdf5.field(one, "own", part.own, "1", "covariance at each wavelength by itself")
         hdf5.field(one, "modes", part.modes, "1", "errors that wavelengths have in common")
+    if fit.monte_carlo is not None:
+        drawn = hdf5.group(group, "monte_carlo", "NXcollection")
+        drawn["draws"], drawn["seed"] = fit.monte_carlo.draws, fit.monte_carlo.seed
+        for name in MONTE_CARLO:
+            hdf5.field(drawn, name, getattr(fit.monte_carlo, name), "1")
+        hdf5.field(drawn, "departs", fit.monte_carlo.departs.astype(np.uint8), "")
     # For readers of the file: the program finds remarks anew from the numbers.
     group["remarks"] = [remarks_line(remarks) for remarks in fit.remarks]
     hdf5.write_mapping(group, "provenance", fit.provenance)
@@ -95,7 +104,18 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "search": Search(hdf5.read_text(group, "device"), *(group[name][()] for name in SEARCH)),
         "status": np.array([names[code] for code in group["status"][()]]),
         "provenance": provenance,
+        "monte_carlo": _monte_carlo(group),
     }
+
+
+def _monte_carlo(group: h5py.Group) -> MonteCarlo | None:
+    if "monte_carlo" not in group:
+        return None
+    drawn = group["monte_carlo"]
+    arrays = {name: drawn[name][()] for name in MONTE_CARLO}
+    return MonteCarlo(
+        int(drawn["draws"][()]), int(drawn["seed"][()]), **arrays, departs=drawn["departs"][()] > 0
+    )
 
 
 def _setup(group: h5py.Group, model: Model, vector: Array, provenance: dict[str, str]) -> Setup:
