@@ -13,6 +13,7 @@ from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
 from clbrdf.cli.summary import print_fit
+from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.spectrum_file import read_spectrum
@@ -42,6 +43,7 @@ def command(
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
     rtol: float | None = None,
+    monte_carlo: int | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -82,6 +84,9 @@ def command(
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
+    monte_carlo
+        fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
+        of limits and curvature; every wavelength by itself
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -120,6 +125,7 @@ def command(
             shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
+            monte_carlo=monte_carlo,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
@@ -134,6 +140,7 @@ def command(
         shared=shared,
         smooth=smooth,
         rtol=rtol,
+        monte_carlo=monte_carlo,
     )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
@@ -185,6 +192,7 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "wavelength": scan.wavelength.tolist(),
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
+        "uncertainty": uncertainty_content(fit),
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),

@@ -11,6 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
+from clbrdf.cli.uncertainty_tables import print_components, print_draws, print_parts, total_words
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import gathered, search_lines
 from clbrdf.scan import Scan
@@ -49,11 +50,14 @@ def print_scan(title: str, scan: Scan) -> None:
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
         rows.append(["uncertainties", text])
+        if scan.components:
+            rows.append(["of them", total_words(scan)])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
     rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
+    print_components(scan)
 
 
 def _origin(key: str) -> str:
@@ -189,7 +193,11 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         lines.insert(5, ["moves taken", f"{100 * np.nanmedian(search.acceptance):.0f} %"])
     for k, text in enumerate(search_lines(fit.search)):
         lines.insert(2 + k, ["next better" if k else "chosen search", text])
+    if fit.monte_carlo is not None and np.isfinite(fit.monte_carlo.seconds):
+        lines.append(["Monte Carlo", f"{fit.monte_carlo.draws} draws, {fit.monte_carlo.seconds:.1f} s of it"])
     print_table("", ("fit", ""), lines, left=2)
+    print_parts(fit)
+    print_draws(fit)
     _print_remarks(fit)
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from clbrdf.records import Record
 
 if TYPE_CHECKING:
+    from clbrdf.fit.carried import Part
     from clbrdf.fit.tolerance import Rung
 
 Array = npt.NDArray[np.float64]
@@ -96,6 +97,9 @@ class Estimate(Record):
         Fitted parameters that stand at a limit. The uncertainties of the others hold with these held there.
     undetermined : (W, P) bool
         Fitted parameters that the data cannot tell.
+    parts : tuple of Part
+        What makes the uncertainties: each component of the scan's, carried to the parameters. Empty in files
+        of before.
     """
 
     vector: Array
@@ -104,6 +108,7 @@ class Estimate(Record):
     condition: Array
     at_bound: Mask
     undetermined: Mask
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError, shortened
+from clbrdf.fit.carried import Part
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
@@ -48,6 +50,17 @@ SCHEMA = (
 )
 """Arrays of N directions × W wavelengths, I incident zeniths, P parameters."""
 
+MONTE_CARLO = (
+    Item("intervals", ("2", "2", "W", "P")),
+    Item("median", ("W", "P")),
+    Item("at_bound", ("W", "P")),
+    Item("converged", ("W",)),
+    Item("departs", ("W", "P"), kind="truth"),
+)
+DRAWN = (Item("draws", kind="whole"), Item("seed", kind="whole"))
+PART = (Item("own", ("W", "P", "P")), Item("modes", ("M", "W", "P")))
+COMMON = (Item("is_common", kind="truth"),)
+
 SINGLE = (Item("smooth"), Item("rtol"), Item("left_out", kind="whole"))
 
 
@@ -85,6 +98,19 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    parts = hdf5.group(group, "uncertainty", "NXcollection")
+    for k, part in enumerate(estimate.parts):
+        one = hdf5.group(parts, f"part_{k}", "NXcollection")
+        one["name"], one["words"], one["is_common"] = part.name, part.words, np.uint8(part.is_common)
+        hdf5.field(one, "own", part.own, "1", "covariance at each wavelength by itself")
+        hdf5.field(one, "modes", part.modes, "1", "errors that wavelengths have in common")
+    if fit.monte_carlo is not None:
+        drawn = hdf5.group(group, "monte_carlo", "NXcollection")
+        drawn["draws"], drawn["seed"] = fit.monte_carlo.draws, fit.monte_carlo.seed
+        for item in MONTE_CARLO:
+            value = getattr(fit.monte_carlo, item.name)
+            truth = item.kind == "truth"
+            hdf5.field(drawn, item.name, value.astype(np.uint8) if truth else value, "" if truth else "1")
     # For readers of the file: the program finds remarks anew from the numbers.
     group["remarks"] = [remarks_line(remarks) for remarks in fit.remarks]
     hdf5.write_mapping(group, "provenance", fit.provenance)
@@ -128,12 +154,22 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "scan": scan,
         "model": model,
         "setup": _setup(group, model, arrays, vector, given, provenance),
-        "estimate": _estimate(model, arrays, vector, sigma, given),
+        "estimate": _estimate(model, arrays, vector, sigma, given, _parts(group, lengths)),
         "goodness": Goodness(**{name: arrays[name] for name in GOODNESS}),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
         "provenance": provenance,
+        "monte_carlo": _monte_carlo(group, lengths),
     }
+
+
+def _monte_carlo(group: h5py.Group, lengths: Mapping[str, int]) -> MonteCarlo | None:
+    if "monte_carlo" not in group:
+        return None
+    drawn = group["monte_carlo"]
+    arrays: dict[str, Any] = read_items(drawn, MONTE_CARLO, lengths)
+    counts = read_items(drawn, DRAWN)
+    return MonteCarlo(int(counts["draws"]), int(counts["seed"]), **arrays)
 
 
 def _setup(
@@ -176,7 +212,12 @@ def _number(text: str) -> float:
 
 
 def _estimate(
-    model: Model, arrays: Mapping[str, Any], vector: Array, sigma: Array, given: tuple[str, ...]
+    model: Model,
+    arrays: Mapping[str, Any],
+    vector: Array,
+    sigma: Array,
+    given: tuple[str, ...],
+    parts: tuple[Part, ...],
 ) -> Estimate:
     if MASKS[0] in arrays and MASKS[1] in arrays:
         masks = {name: arrays[name] for name in MASKS}
@@ -185,7 +226,25 @@ def _estimate(
         fitted = np.isfinite(vector) & ~np.isin(model.names, given)
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
-    return Estimate(vector=vector, sigma=sigma, **{name: arrays[name] for name in ESTIMATE}, **masks)
+    named = {name: arrays[name] for name in ESTIMATE}
+    return Estimate(vector=vector, sigma=sigma, **named, **masks, parts=parts)
+
+
+def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
+    """Read what makes the uncertainties; files before version 0.2 do not hold it."""
+    if "uncertainty" not in group:
+        return ()
+    check_group(group["uncertainty"])
+    found = (group["uncertainty"][f"part_{k}"] for k in range(len(group["uncertainty"])))
+    return tuple(
+        Part(
+            hdf5.read_text(one, "name"),
+            hdf5.read_text(one, "words"),
+            **read_items(one, PART, lengths),
+            is_common=bool(read_items(one, COMMON)["is_common"]),
+        )
+        for one in found
+    )
 
 
 def _key(name: str) -> str:
