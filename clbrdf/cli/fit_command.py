@@ -13,6 +13,7 @@ from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
 from clbrdf.cli.summary import print_fit
+from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
@@ -44,6 +45,7 @@ def command(
     smooth: float | None = None,
     rtol: float | None = None,
     profile: Annotated[bool, Parameter(negative="")] = False,
+    monte_carlo: int | None = None,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -86,6 +88,9 @@ def command(
         wavelengths; from 1e-9
     profile
         find intervals of the parameters by profile likelihood; they hold at limits, too
+    monte_carlo
+        fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
+        of limits and curvature; every wavelength by itself
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -125,6 +130,7 @@ def command(
             smooth=smooth,
             rtol=rtol,
             profile=profile,
+            monte_carlo=monte_carlo,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
@@ -139,6 +145,7 @@ def command(
         shared=shared,
         smooth=smooth,
         rtol=rtol,
+        monte_carlo=monte_carlo,
     )
     options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
@@ -197,6 +204,7 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
         "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
+        "uncertainty": uncertainty_content(fit),
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),

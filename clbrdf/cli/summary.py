@@ -9,6 +9,7 @@ import numpy.typing as npt
 from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
+from clbrdf.cli.uncertainty_tables import print_components, print_draws, print_parts, total_words
 from clbrdf.fit.result import Fit
 from clbrdf.fit.tables import (
     GIVEN_WORDS,
@@ -52,11 +53,14 @@ def print_scan(title: str, scan: Scan) -> None:
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
         rows.append(["uncertainties", text])
+        if scan.components:
+            rows.append(["of them", total_words(scan)])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
     rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
+    print_components(scan)
 
 
 def _origin(key: str) -> str:
@@ -141,6 +145,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         more = "the intervals above do not need that" if fit.intervals else "--profile finds intervals"
         console.print(f" {GIVEN_WORDS}; {more}\n")
     print_table("", ("fit", ""), summary_rows(fit), left=2)
+    print_parts(fit)
+    print_draws(fit)
     rows = remark_rows(fit)
     if len(rows) > MOST_REMARKS:
         rows = [*rows[:MOST_REMARKS], (f"and {len(rows) - MOST_REMARKS} more, in the fit file", "")]

@@ -19,6 +19,8 @@ from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
+from clbrdf.fit.montecarlo import check_draws
+from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
 from clbrdf.fit.result import Fit
@@ -67,6 +69,7 @@ def fit(
     smooth: float | None = None,
     rtol: float | None = None,
     profile: bool = False,
+    monte_carlo: int | None = None,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -110,6 +113,9 @@ def fit(
     profile : bool
         Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
         hold where parameters are at their limits, too, where standard uncertainties are far too small.
+    monte_carlo : int, optional
+        Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
+        that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -133,6 +139,7 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        `monte_carlo` together with `shared` or `smooth`, or out of range;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -156,6 +163,11 @@ def fit(
         raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
     if profile and (in_common or smooth is not None or rtol is not None):
         raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
+    check_draws(monte_carlo)
+    if monte_carlo is not None and (in_common or smooth is not None):
+        raise InputError(
+            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -194,11 +206,11 @@ def fit(
         else:
             jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, covariance = joined(parts), None
+    solution, tied = joined(parts), None
     if smooth is not None:
         problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
-        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -212,9 +224,22 @@ def fit(
         seed=seed,
     )
     seen = ForwardModel(chosen, chosen.features(scan.directions))
-    estimate, goodness, status = assemble(scan, seen, setup, solution, covariance)
+    estimate, goodness, status = assemble(scan, seen, setup, solution, tied)
     if profile:
         estimate = with_intervals(problem_of(fitted), scan, seen, setup, estimate)
+    drawn = None
+    if monte_carlo is not None:
+        drawn = propagate(
+            problem_of(fitted),
+            scan.columns(fitted),
+            g[:, fitted],
+            estimate.vector[fitted],
+            estimate.sigma[fitted],
+            limits,
+            monte_carlo,
+            seed,
+            report,
+        ).placed(fitted, len(scan.wavelength))
     return Fit(
         scan=scan,
         model=chosen,
@@ -224,6 +249,7 @@ def fit(
         search=_search_of(setup, solution, str(where), rungs, len(sample), start),
         status=status,
         provenance=_provenance(setup, rules),
+        monte_carlo=drawn,
     )
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.carried import Part, carried, total
 from clbrdf.fit.goodness import goodness
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.records import Estimate, Goodness, Setup
-from clbrdf.fit.shared_uncertainty import shared_uncertainty, with_shared
+from clbrdf.fit.shared_uncertainty import SharedSystem, common_share, shared_uncertainty, with_shared
+from clbrdf.fit.smooth import Tied
 from clbrdf.fit.solve import Solution
-from clbrdf.fit.uncertainty import Uncertainty, uncertainty
+from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
 from clbrdf.objective import objective
 from clbrdf.observation import ForwardModel
@@ -29,23 +32,18 @@ BOUND_TOLERANCE = 1e-9
 
 
 def assemble(
-    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, covariance: Array | None = None
+    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, tied: Tied | None = None
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `seen` is the model as the detector sees it in the scan's directions.
-    `covariance` (K, P, P), of the coordinates at the K fitted wavelengths, replaces the one of the data
-    alone.
+
+    `tied` tells what a penalty on neighbours makes of the uncertainties.
     """
     fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
     vector, at_bound, values = _settled(scan, seen, setup, solution, known)
-    result = _uncertainty(scan, seen, setup, vector, at_bound, values)
-    deviation = result.sigma
-    if covariance is not None:
-        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
-        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
-        deviation[at_bound | known] = np.nan
+    result, parts = _uncertainty(scan, seen, setup, vector, at_bound, values, tied)
 
     def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
         out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
@@ -54,11 +52,19 @@ def assemble(
 
     estimate = Estimate(
         vector=placed(vector, np.nan),
-        sigma=placed(deviation, np.nan),
+        sigma=placed(result.sigma, np.nan),
         correlation=placed(result.correlation, np.nan),
         condition=placed(result.condition, np.nan),
         at_bound=placed(at_bound, False),
         undetermined=placed(result.undetermined, False),
+        parts=tuple(
+            replace(
+                part,
+                own=placed(part.own, np.nan),
+                modes=np.moveaxis(placed(np.moveaxis(part.modes, 1, 0), np.nan), 0, 1),
+            )
+            for part in parts
+        ),
     )
     status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
     status[~result.determined] = "ambiguous"
@@ -98,24 +104,81 @@ def _settled(
 
 
 def _uncertainty(
-    scan: Scan, seen: ForwardModel, setup: Setup, vector: Array, at_bound: Mask, values: Array
-) -> Uncertainty:
-    """Return the uncertainties at the fitted wavelengths, of shared parameters those of all together."""
+    scan: Scan,
+    seen: ForwardModel,
+    setup: Setup,
+    vector: Array,
+    at_bound: Mask,
+    values: Array,
+    tied: Tied | None,
+) -> tuple[Uncertainty, tuple[Part, ...]]:
+    """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
     fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
     in_common = np.array([name in setup.shared for name in model.names])
-    g = setup.weights[:, fitted]
+    own = ~(at_bound | known | in_common)
+    g, measured = setup.weights[:, fitted], scan.columns(fitted)
+    random = measured.random_sigma
     data = (
-        values - np.where(g > 0.0, scan.brdf[:, fitted], 0.0).T,
+        values - np.where(g > 0.0, measured.brdf, 0.0).T,
         g.T,
-        None if scan.sigma is None else scan.sigma[:, fitted].T,
+        None if random is None else random.T,
     )
-    result = uncertainty(seen, vector, at_bound | known | in_common, *data)
+    result, system = uncertainty(seen, vector, ~own, *data), None
     together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
     if len(together):
-        own = ~(at_bound | known | in_common)
-        result = with_shared(result, *shared_uncertainty(seen, vector, own, together, *data), together)
-    return result
+        covariance, is_open, system = shared_uncertainty(seen, vector, own, together, *data)
+        result = with_shared(result, covariance, is_open, system)
+    is_known = random is not None and bool(np.isfinite(random[g > 0.0]).all())
+    alone = _alone(vector, model, result, system, is_known, tied)
+    from_file = is_known and tied is None and bool(measured.components)
+    components = measured.components if from_file else measured.common_components
+    if not components:
+        parts: tuple[Part, ...] = (alone,)
+    else:
+        told = carried(
+            seen, measured.directions, measured.wavelength, components, vector, own, values, g.T, system
+        )
+        slopes = _slopes(model, vector)
+        parts = told if from_file else (alone, *(_tied(part, slopes, tied) for part in told))
+    held = at_bound | known
+    return with_covariance(result, total(parts), held), parts
+
+
+def _alone(
+    vector: Array,
+    model: Model,
+    result: Uncertainty,
+    system: SharedSystem | None,
+    is_known: bool,
+    tied: Tied | None,
+) -> Part:
+    """Return the part of what differs from value to value, where no components say what it comes from."""
+    w, p = vector.shape
+    name = "uncertainty of the values" if is_known else "scatter of the residuals"
+    covariance, modes = result.covariance, np.zeros((0, w, p))
+    if tied is not None:
+        slopes = _slopes(model, vector)
+        name = "scatter of the residuals, with the penalty"
+        covariance = tied.covariance * slopes[:, :, None] * slopes[:, None, :]
+    elif system is not None and np.isfinite(covariance).all():
+        of_shared = covariance[0][np.ix_(system.places, system.places)]
+        modes = common_share(system, of_shared)
+        covariance = covariance - np.einsum("mwp,mwq->wpq", modes, modes)
+    return Part(name, "every value for itself", covariance, modes, is_common=False)
+
+
+def _slopes(model: Model, vector: Array) -> Array:
+    """Return the derivatives (W, P) of parameters by their coordinates."""
+    return np.stack([row.slope(vector[:, j]) for j, row in enumerate(model.parameters)], axis=1)
+
+
+def _tied(part: Part, slopes: Array, tied: Tied | None) -> Part:
+    """Return a part as a penalty on neighbours lets it through."""
+    if tied is None or len(part.modes) == 0:
+        return part
+    safe = np.where(slopes == 0.0, 1.0, slopes)
+    return replace(part, modes=tied.answer(part.modes / safe) * slopes)
 
 
 def settle(model: Model, coordinates: Array, limits: Array, bounds: Array) -> tuple[Array, Mask]:

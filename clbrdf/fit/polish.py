@@ -160,8 +160,12 @@ def descend(
     most_iterations: int,
     tolerance: float,
     left_out: npt.NDArray[np.bool_] | None = None,
+    across: bool | None = None,
 ) -> Polished:
     """Descend from starts (W, K, P) in one precision; those `left_out` (W, K) are not touched.
+
+    `across` says whether the lanes of a vector take wavelengths with one start each, or starts of one
+    wavelength.
 
     Raises
     ------
@@ -173,7 +177,8 @@ def descend(
     device, dtype = problem.device, precision.dtype
     seen = library_of(problem.seen)
     # A single start would leave the other lanes of a vector idle; nodes make that dear.
-    across = seen != POINTS and starts.shape[1] == 1
+    if across is None:
+        across = seen != POINTS and starts.shape[1] == 1
     library, part = ("coordinates", seen), "wavelengths" if across else "starts"
     variant = Variant.on(device, "polish", problem.model, precision, library, (part,), problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)

@@ -48,6 +48,8 @@ class Problem:
         numbers whatever else is in the scan.
     device : Device
         Runs the kernels.
+    order : (N,) int
+        Place of each direction in the scan.
     """
 
     model: Model
@@ -62,6 +64,7 @@ class Problem:
     mirror: Array
     keys: npt.NDArray[np.uint32]
     device: Device
+    order: npt.NDArray[np.intp]
 
     @property
     def size(self) -> tuple[int, int]:
@@ -162,4 +165,5 @@ def make_problem(
         mirror=mirror_distance(scan.directions)[order],
         keys=scan.column_keys,
         device=device,
+        order=order,
     )

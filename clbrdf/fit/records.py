@@ -12,6 +12,7 @@ import numpy.typing as npt
 from clbrdf.records import Record
 
 if TYPE_CHECKING:
+    from clbrdf.fit.carried import Part
     from clbrdf.fit.tolerance import Rung
 
 Array = npt.NDArray[np.float64]
@@ -102,6 +103,9 @@ class Estimate(Record):
     lower, upper : (W, P) float64 or None
         Ends of the profile-likelihood intervals of 68.3 % (`clbrdf.fit.profile`), NaN for parameters that
         were not fitted; None unless they were asked for.
+    parts : tuple of Part
+        What makes the uncertainties: each component of the scan's, carried to the parameters. Empty in files
+        of before.
     """
 
     vector: Array
@@ -112,6 +116,7 @@ class Estimate(Record):
     undetermined: Mask
     lower: Array | None = None
     upper: Array | None = None
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,9 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
+from clbrdf.fit.carried import Mean, mean_over
 from clbrdf.fit.goodness import misfit
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
 from clbrdf.fit.tables import report
@@ -23,7 +25,6 @@ from clbrdf.models import Model
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -54,6 +55,8 @@ class Fit(Record):
         One of STATUSES.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
+    monte_carlo : MonteCarlo or None
+        Coverage intervals from draws, where they were asked for.
     """
 
     scan: Scan
@@ -64,6 +67,7 @@ class Fit(Record):
     search: Search
     status: npt.NDArray[np.str_]
     provenance: Mapping[str, str] = field(default_factory=dict)
+    monte_carlo: MonteCarlo | None = None
 
     @property
     def wavelength(self) -> Array:
@@ -104,6 +108,52 @@ class Fit(Record):
     def correlation(self) -> Array:
         """Correlations of the uncertainties, (W, P, P); NaN where one of two parameters has none."""
         return self.estimate.correlation
+
+    def budget(self, name: str) -> Mapping[str, Array]:
+        """Return what makes the error bar of a parameter: 1σ (W,) by component.
+
+        The squares add up to that of ``sigma[name]``, where it has one.
+
+        Raises
+        ------
+        InputError
+            The model has no such parameter.
+        """
+        place = self._place(name)
+        parts = self.estimate.parts
+        return frozen_map(
+            {part.name: np.sqrt(np.maximum(part.covariance[:, place, place], 0.0)) for part in parts}
+        )
+
+    def mean(self, name: str, weights: npt.ArrayLike | None = None) -> Mean:
+        """Return the mean of a parameter over wavelengths, its error bar with the correlations between them.
+
+        Parameters
+        ----------
+        name : str
+        weights : (W,) array, optional
+            Not negative; the same for all wavelengths if not given. Wavelengths where the parameter has no
+            uncertainty, at a bound or undetermined, are left out.
+
+        Raises
+        ------
+        InputError
+            The model has no such parameter; weights of another shape or sign.
+        """
+        place = self._place(name)
+        w = len(self.wavelength)
+        share = np.ones(w) if weights is None else np.asarray(weights, dtype=np.float64)
+        if share.shape != (w,) or not (share >= 0.0).all():
+            raise InputError(f"weights of a mean have shape {share.shape}; give {w} that are not negative")
+        values, sigma = self.estimate.vector[:, place], self.estimate.sigma[:, place]
+        return mean_over(self.estimate.parts, values, sigma, place, share)
+
+    def _place(self, name: str) -> int:
+        if name not in self.model.names:
+            raise InputError(
+                f"{self.model.name} has no parameter {name!r}; it has {', '.join(self.model.names)}"
+            )
+        return self.model.names.index(name)
 
     @property
     def objective(self) -> Array:
@@ -193,11 +243,6 @@ class Fit(Record):
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return cls(**storage.read(entry))
+                return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error

@@ -32,6 +32,7 @@ def thinned(problem: Problem, most: int) -> Problem:
         features=problem.features[kept],
         seen=ForwardModel(problem.model, problem.features[kept]),
         mirror=problem.mirror[kept],
+        order=problem.order[kept],
         target=problem.target[:, kept] * weight[kept],
         scale=problem.scale[:, kept] * weight[kept],
         starts=np.append(0, np.cumsum(np.unique(group, return_counts=True)[1])).astype(np.uint32),

@@ -12,7 +12,7 @@ NaN and leave the system. Source: Bevington and Robinson, Data Reduction and Err
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +48,8 @@ class Uncertainty:
         Parameters off their bounds that the data cannot tell.
     determined : (W,) bool
         No such parameter, and no fewer values than parameters.
+    covariance : (W, P, P) float64
+        0 for parameters at a bound; of those that the data cannot tell, what the others leave of it.
     """
 
     sigma: Array
@@ -55,6 +57,7 @@ class Uncertainty:
     condition: Array
     undetermined: npt.NDArray[np.bool_]
     determined: npt.NDArray[np.bool_]
+    covariance: Array
 
 
 def uncertainty(
@@ -96,7 +99,7 @@ def _chunk(
     residuals: Array,
     weights: Array,
     sigma: Array | None,
-) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], Array]:
     """Fields of an Uncertainty from derivatives (w, N, P)."""
     root = np.sqrt(weights / weights.max(axis=1, keepdims=True))
     jacobian *= root[..., None]
@@ -137,4 +140,19 @@ def _chunk(
     lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
     condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
     condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
-    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p)
+    with np.errstate(
+        invalid="ignore"
+    ):  # 0 · ∞ for held parameters, where nothing is left to tell the scatter
+        covariance *= scale[:, :, None] * scale[:, None, :]
+    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p), covariance
+
+
+def with_covariance(found: Uncertainty, covariance: Array, held: npt.NDArray[np.bool_]) -> Uncertainty:
+    """Return uncertainties with another covariance (W, P, P); `held` (W, P) are at a bound or given."""
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    sigma = np.where(found.undetermined, np.inf, np.where(held, np.nan, deviation))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    told = ~held & ~found.undetermined
+    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
+    return replace(found, sigma=sigma, correlation=correlation, covariance=covariance)

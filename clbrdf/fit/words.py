@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import Search
 from clbrdf.fit.remarks import Remark, Remarks
 
@@ -152,3 +153,27 @@ WORDS: dict[str, Callable[[str, Numbers], str]] = {
     "correlated": lambda names, n: f"{names} are hardly told apart: correlation {span([v[0] for v in n], 4)}",
 }
 """What each kind of remark says of some parameters, with the numbers of all wavelengths where it holds."""
+
+
+def departure_lines(drawn: MonteCarlo, names: Sequence[str], wavelength: Array) -> list[str]:
+    """Return in words where the intervals of draws leave the linear error bars."""
+    lines = []
+    for j, name in enumerate(names):
+        here = np.flatnonzero(drawn.departs[:, j])
+        if len(here) == 0:
+            continue
+        nm = wavelength[here]
+        where = f"{len(here)} of {len(drawn.departs)} wavelengths"
+        if len(here) == 1 and np.isfinite(nm[0]):
+            where = f"{nm[0]:g} nm"
+        bound = float(np.nanmax(drawn.at_bound[here, j]))
+        why = f"; up to {100.0 * bound:.0f} % of the draws end at a limit" if bound > 0.0 else ""
+        lines.append(
+            f"{name}: the intervals leave p ± σ by more than 10 % at {where}{why}; take those of the draws"
+        )
+    worst = float(np.nanmin(drawn.converged)) if np.isfinite(drawn.converged).any() else 1.0
+    if not lines:
+        lines.append("the intervals agree with p ± σ to 10 %, for every parameter at every wavelength")
+    if worst < 1.0:
+        lines.append(f"{100.0 * (1.0 - worst):.1f} % of the draws did not converge at the worst wavelength")
+    return lines

@@ -51,6 +51,7 @@ def fit_options(
     shared: Sequence[str],
     smooth: float | None,
     rtol: float | None,
+    monte_carlo: int | None = None,
 ) -> dict[str, object]:
     """Return the options of `clbrdf fit` in the order in which a fit file names them."""
     options = {"method": method, "seed": seed, "weights": weights, "bounds": list(bounds), "model": model}
@@ -59,6 +60,7 @@ def fit_options(
         "shared": list(shared) or None,
         "smooth": smooth,
         "rtol": rtol,
+        "monte-carlo": monte_carlo,
     }
 
 

@@ -181,7 +181,7 @@ class TestFit:
             ),
             (
                 "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,180,x\n",
-                "line 2: a cell is missing or not a number",
+                "line 2, column weight: 'x' is not a number",
             ),
             (
                 "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,180,1\n30,0,180,1\n",
@@ -316,6 +316,14 @@ class TestMachine:
             (ended.returncode, ended.stdout, ended.stderr), "no OpenCL platform found", "pip install"
         )
         assert not (tmp_path / "fit.h5").exists()
+
+    def test_a_home_that_cannot_be_written(self, scan_file, tmp_path):
+        """PoCL then gives a platform without a device: its cache is what has to be mended."""
+        (tmp_path / "file").write_text("no folder")
+        home = {"HOME": str(tmp_path / "file"), "POCL_CACHE_DIR": "", "XDG_CACHE_HOME": ""}
+        ended = self.start("fit", scan_file, "-o", tmp_path / "fit.h5", **home)
+        told = ended.returncode, ended.stdout, ended.stderr
+        assert_one_line(told, f"{tmp_path}/file/.cache/pocl", "set POCL_CACHE_DIR")
 
     def test_interrupt_leaves_nothing(self, tmp_path):
         import signal
