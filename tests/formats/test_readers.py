@@ -216,9 +216,7 @@ def test_openmaterial_azimuth_is_told_by_the_peak(text, forward):
 
 def test_openmaterial_without_a_peak_asks(text):
     path = text(made.openmaterial(forward=9.0))
-    with pytest.raises(
-        InputError, match=r"no peak stands out; settle it with --phi-forward 0 or --phi-forward 180"
-    ):
+    with pytest.raises(InputError, match=r"no peak stands out; settle it with forward=0 or forward=180"):
         load_one([path])
     assert len(load_one([path], options=Options(forward=0.0))) == 20
 
