@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.goodness import goodness
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.records import Estimate, Goodness, Setup
 from clbrdf.fit.shared_uncertainty import SharedSystem, common_share, shared_uncertainty, with_shared
@@ -16,7 +17,7 @@ from clbrdf.fit.smooth import Tied
 from clbrdf.fit.solve import Solution
 from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
+from clbrdf.objective import objective
 from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 
@@ -68,18 +69,11 @@ def assemble(
     status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
     status[~result.determined] = "ambiguous"
     status[~solution.converged] = "not converged"
+    where = placed(status, "no data")
+    where[~scan.mask.all(axis=0) & ~(setup.weights > 0.0).any(axis=0)] = "no weight"
     everywhere = np.full(scan.brdf.shape, np.nan)
     everywhere[:, fitted] = values.T
-    return estimate, goodness(scan, setup, everywhere), placed(status, "no data")
-
-
-def goodness(scan: Scan, setup: Setup, values: Array) -> Goodness:
-    """Return how well model values (N, W), 1/sr, meet a scan."""
-    return Goodness(
-        objective=objective(values, scan, setup.weights),
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
-    )
+    return estimate, goodness(scan, setup, estimate.at_bound, everywhere), where
 
 
 def _settled(

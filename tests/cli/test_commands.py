@@ -143,7 +143,11 @@ class TestFit:
         assert all(word in out for word in ("λ (nm)", "ks", "E", "σr 30°", "status"))
         assert max(len(line) for line in out.splitlines()) <= 100
         first = next(line.split() for line in out.splitlines() if line.split()[:1] == ["450"])
-        assert float(first[4]) == pytest.approx(fit.parameters["d"][0], rel=1e-3)
+        value, digits = first[4].rstrip(")").split("(")
+        assert float(value) == pytest.approx(
+            fit.parameters["d"][0], abs=0.51 * 10.0 ** -len(value.split(".")[1])
+        )
+        assert int(digits) == round(fit.sigma["d"][0] * 10.0 ** len(value.split(".")[1]))
         assert {"input_0_sha256", "version", "command", "weights"} <= fit.provenance.keys()
 
     def test_same_seed_same_bytes(self, run, scan_file, tmp_path):
