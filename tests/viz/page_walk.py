@@ -58,8 +58,8 @@ def walk(folder: Path) -> list[list[str]]:
                 lambda: browser.execute_script("return !!(window.clbrdf && clbrdf.firstPicture)"), 60
             )
             first = browser.execute_script("return clbrdf.firstPicture")
-            rows.append([name, *sizes(subject, size), f"{first / 1000:.2f}", *speeds(browser)])
             pictures(browser, folder / name)
+            rows.append([name, *sizes(subject, size), f"{first / 1000:.2f}", *speeds(browser)])
             for line in browser.get_log("browser"):
                 raise AssertionError(f"{name}: {line['message']}")
     finally:

@@ -88,7 +88,7 @@ function drawCut(panel, view) {
   if (view.f) {
     const shown = view.deviations.points.filter((p) => rows.some(([, n]) => n === p.row));
     const of = new Map(shown.map((p) => [p.row, p.value]));
-    const size = Math.max(1e-9, ...shown.map((p) => Math.abs(p.value))) * 1.1;
+    const size = 1.1 * (Math.max(0, ...shown.map((p) => Math.abs(p.value))) || 1);
     const below = makePlot({
       width,
       height: Math.max(height * 0.42, 9 * fontSize()),
