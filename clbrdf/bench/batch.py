@@ -118,8 +118,8 @@ def measure_workers(
 def measure_tasks(workers: int, tasks: int = TASKS, report: Report = silent) -> tuple[float, float]:
     """Return what a task of nothing takes, of so many over some workers: seconds, and of the processor.
 
-    The latter is of this process, in which client and scheduler are. Tasks are handed out as a batch hands out
-    its own: some for each worker at a time.
+    The latter is of this process, in which client and scheduler are. Tasks are handed out as a batch hands
+    out its own: some for each worker at a time.
     """
     from distributed import as_completed
 
