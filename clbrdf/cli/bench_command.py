@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
+from clbrdf.cli.bench_batch import bench_batch
 from clbrdf.cli.bench_choice import bench_choice
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
@@ -37,7 +38,9 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner"],
+    what: Literal[
+        "throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner", "batch"
+    ],
     /,
     *,
     model: Annotated[
@@ -48,6 +51,7 @@ def command(
     json: JsonFile = None,
     png: Annotated[Path | None, Parameter(help="accuracy, optimizers: also draw the tables")] = None,
     overwrite: Overwrite = False,
+    scans: Annotated[int | None, Parameter(help="batch: how many scans")] = None,
     options: Annotated[OptimizerOptions | None, Parameter(name="*")] = None,
 ) -> None:
     """Measure on this machine, now, in one run.
@@ -63,7 +67,8 @@ def command(
         references: the reference optima of that set, searched again;
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light; --seeds
+        simulated light; --seeds;
+        batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths
     """
     for output in (json, png):
         if output is not None:
@@ -75,8 +80,12 @@ def command(
         check_unused(replace(options, full=False), what)
     elif what in ("choice", "planner") and options is not None:
         check_unused(replace(options, seeds=None), what)
+    elif what == "batch" and options is not None:
+        check_unused(replace(options, wavelengths=None), what)
     elif what != "optimizers":
         check_unused(options, what)
+    if scans is not None and what != "batch":
+        raise InputError(f"--scans: bench {what} does not take it; it belongs to bench batch")
     if model is not None and what not in ("throughput", "fit", "optimizers"):
         raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
@@ -101,6 +110,8 @@ def command(
         content = bench_choice(chosen, options.seeds if options else None)
     elif what == "planner":
         content = bench_planner(options.seeds if options else None)
+    elif what == "batch":
+        content = bench_batch(scans, options.wavelengths if options else None)
     else:
         content = bench_references()
     if json is not None:
