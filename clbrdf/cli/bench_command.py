@@ -13,6 +13,7 @@ from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.bench_batch import bench_batch
 from clbrdf.cli.bench_choice import bench_choice
+from clbrdf.cli.bench_coverage import bench_coverage
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
 from clbrdf.cli.bench_models import bench_models_fit, bench_models_throughput, listed_models
@@ -39,7 +40,16 @@ FIT_WAVELENGTHS = 16
 
 def command(
     what: Literal[
-        "throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner", "batch"
+        "throughput",
+        "accuracy",
+        "grids",
+        "optimizers",
+        "fit",
+        "references",
+        "choice",
+        "planner",
+        "coverage",
+        "batch",
     ],
     /,
     *,
@@ -68,7 +78,9 @@ def command(
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
         simulated light; --seeds;
-        batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths
+        batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths;
+        coverage: how often 1σ of each parameter holds the truth, on made scans with common errors; --seeds
+        says how many
     """
     for output in (json, png):
         if output is not None:
@@ -78,7 +90,7 @@ def command(
         raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
     if what == "fit" and options is not None:
         check_unused(replace(options, full=False), what)
-    elif what in ("choice", "planner") and options is not None:
+    elif what in ("choice", "planner", "coverage") and options is not None:
         check_unused(replace(options, seeds=None), what)
     elif what == "batch" and options is not None:
         check_unused(replace(options, wavelengths=None), what)
@@ -108,6 +120,8 @@ def command(
         content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
     elif what == "choice":
         content = bench_choice(chosen, options.seeds if options else None)
+    elif what == "coverage":
+        content = bench_coverage(chosen, options.seeds if options else None)
     elif what == "planner":
         content = bench_planner(options.seeds if options else None)
     elif what == "batch":
