@@ -20,11 +20,13 @@
 #define LEAST_SQUARE 1e-290
 #define LEAST_PIVOT 1e-30
 #define LEAST_DAMPING 1e-15
+#define FIRST_DAMPING 1e-7
 #define MOST_DAMPING 1e16
 #else
 #define LEAST_SQUARE 1e-36f
 #define LEAST_PIVOT 1e-9f
 #define LEAST_DAMPING 1e-6f
+#define FIRST_DAMPING 1e-3f
 #define MOST_DAMPING 1e7f
 #endif
 
@@ -125,7 +127,7 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
     realv q[P], h[FREE], H[PAIRS];
     for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
     realv E = normal_equations(q, rows, starts, incident_groups, target, scale, h, H);
-    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0 - done;
+    realv mu = (realv)FIRST_DAMPING, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
         realv free[FREE], delta[FREE], trial[P], trial_h[FREE], trial_H[PAIRS];

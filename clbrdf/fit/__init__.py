@@ -14,6 +14,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.layout import layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import Problem, make_problem
@@ -43,6 +44,9 @@ __all__ = [
 
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
+
+PART = 1 << 14
+"""Directions that are looked at at once."""
 
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
@@ -150,11 +154,10 @@ def fit(
             raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
-    where = device or choose_device()
+    where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
     def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        known = {name: values[places] for name, values in given.items()}
-        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known)
+        return make_problem(scan, g, chosen, limits, where, given, layout, places)
 
     choice = None
     if rtol is not None:
@@ -193,6 +196,8 @@ def fit(
         solution,
         covariance=covariance,
         weights=g,
+        layout=layout,
+        problem_of=problem_of,
         bounds=limits,
         given=given,
         shared=in_common,
@@ -269,11 +274,16 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = np.abs(scan.brdf[weights > 0.0])
-    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
-        worst = used.max() if used.max() > high else used.min()
+    smallest, largest = np.inf, 0.0
+    for first in range(0, len(scan), PART):
+        part = slice(first, first + PART)
+        used = np.abs(scan.brdf[part])
+        counts = (weights[part] > 0.0) & (used > 0.0)
+        smallest = used.min(initial=smallest, where=counts)
+        largest = used.max(initial=largest, where=counts)
+    if smallest < low or largest > high:
+        worst = largest if largest > high else smallest
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
         )

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.identifiability import remarks
+from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
+from clbrdf.fit.problem import Problem
 from clbrdf.fit.result import Fit
 from clbrdf.fit.shared_uncertainty import shared_uncertainty, with_shared
 from clbrdf.fit.solve import Solution
+from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.uncertainty import uncertainty
 from clbrdf.models import Model
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -36,6 +38,8 @@ def assemble(
     *,
     covariance: Array | None,
     weights: Array,
+    layout: Layout,
+    problem_of: Callable[[npt.NDArray[np.intp]], Problem],
     bounds: Array,
     given: Mapping[str, Array],
     shared: tuple[str, ...],
@@ -48,6 +52,7 @@ def assemble(
 ) -> Fit:
     """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
 
+    `problem_of` returns the problem at some wavelengths, by their places, in a `layout` of the directions;
     `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
     wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
     the reading of `time.perf_counter` when the fit began.
@@ -62,27 +67,26 @@ def assemble(
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    features = model.features(scan.directions)
-    fitted_values = model.brdf(vector[:, None, :], features)
+    sums = summarise_scan(scan, weights, layout, problem_of, fitted, vector)
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
-    energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
     zero = (vector == 0.0) & floored & ~known
-    counts = zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))
+    counts = zero.any(axis=1) & (sums.objective > solution.objective * (1.0 + NEGLIGIBLE))
     if counts.any() and zero[:, in_common].any():
         counts[:] = True
-    for k in np.flatnonzero(counts):
-        vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        fitted_values[k] = model.brdf(vector[k, None, :], features)
-    data = (
-        fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
-        weights[:, fitted].T,
-        None if scan.sigma is None else scan.sigma[:, fitted].T,
-    )
-    result = uncertainty(model, features, vector, at_bound | known | in_common, *data)
+    if counts.any():
+        again = np.flatnonzero(counts)
+        vector[again] = np.where(zero[again], model.from_coordinates(limits[:, 0]), vector[again])
+        sums.put(again, summarise_scan(scan, weights, layout, problem_of, fitted[again], vector[again]))
+    result = uncertainty(sums.gram, sums.spread, sums.objective, sums.used, at_bound | known | in_common)
     together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
     if len(together):
         own = ~(at_bound | known | in_common)
+        features = model.features(scan.directions)
+        measured = np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T
+        residuals = model.brdf(vector[:, None, :], features) - measured
+        sigmas = None if scan.sigma is None else scan.sigma[:, fitted].T
+        data = residuals, weights[:, fitted].T, sigmas
         result = with_shared(
             result, *shared_uncertainty(model, features, vector, own, together, *data), together
         )
@@ -92,6 +96,9 @@ def assemble(
         out[fitted] = values
         return out
 
+    with np.errstate(invalid="ignore"):  # nothing counts
+        rms_by_angle = np.sqrt(sums.deviation / sums.counted)
+        rms = np.sqrt(sums.deviation.sum(axis=1) / sums.counted.sum(axis=1))
     deviation = result.sigma
     if covariance is not None:
         slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
@@ -104,16 +111,14 @@ def assemble(
         converged, determined = bool(solution.converged[j]), bool(result.determined[j])
         status[place] = _status(converged, determined, bool(at_bound[j].any()))
 
-    values = np.full(scan.brdf.shape, np.nan)
-    values[:, fitted] = fitted_values.T
     return Fit(
         scan=scan,
         model=model,
         parameters=dict(zip(model.names, parameters.T.copy(), strict=True)),
         sigma=dict(zip(model.names, sigma.T.copy(), strict=True)),
-        objective=objective(values, scan, weights),
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
+        objective=placed(sums.objective, np.nan),
+        relative_rms=placed(rms, np.nan),
+        relative_rms_by_incident_angle=placed(rms_by_angle, np.nan).T.copy(),
         status=status,
         correlation=correlation,
         condition=placed(result.condition, np.nan),

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.chains import free_linear, search_library
 from clbrdf.fit.parts import in_order
+from clbrdf.fit.blocks import bytes_each, evaluations_each
 from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.fit.thin import thinned
@@ -89,7 +90,7 @@ class LookupSettings:
         """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
         shapes = self.shapes << MOST_DOUBLINGS
         passes = max(shapes, 2 * TYPICAL_PASSES * self.starts)
-        return 16 * directions + 64 * shapes, passes * directions
+        return bytes_each(directions) + 64 * shapes, evaluations_each(directions, passes)
 
     def deeper(self) -> LookupSettings | None:
         """Return the settings of the second look, None where there is none."""

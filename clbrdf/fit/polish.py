@@ -88,7 +88,7 @@ def polish(
         The device has no fp64, or cannot build or run the kernel.
     """
     if depth == "none":
-        return _judged(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
+        return left_as_they_are(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
     rough = descend(
         problem, starts, get_precision("fast:6"), rough_iterations or ROUGH_ITERATIONS, ROUGH_TOLERANCE
     )
@@ -97,21 +97,21 @@ def polish(
     q = np.where(usable[..., None], rough.coordinates, starts)
     given_up = (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True)) & usable
     if depth == "single":
-        return _judged(problem, q, rough.evaluations + 1)
+        return left_as_they_are(problem, q, rough.evaluations + 1)
     ends = Polished(q, energy, rough.evaluations, np.zeros_like(given_up))
     if not 0 < first < starts.shape[1]:
-        return _to_the_end(problem, ends, ~given_up, np.zeros_like(given_up))
+        return to_the_end(problem, ends, ~given_up, np.zeros_like(given_up))
     rank = np.argsort(np.argsort(energy, axis=1, kind="stable"), axis=1, kind="stable")
     early = ~given_up & (rank < first)
-    ends = _to_the_end(problem, ends, early, np.zeros_like(given_up))
+    ends = to_the_end(problem, ends, early, np.zeros_like(given_up))
     agreed = (_as_low(ends.objective, early) == early).all(axis=1, keepdims=True)
-    ends = _to_the_end(problem, ends, ~given_up & ~early & ~agreed, early)
+    ends = to_the_end(problem, ends, ~given_up & ~early & ~agreed, early)
     # E of single precision may round below that of double: it is no match for it.
     unasked = ~given_up & ~early & agreed
     return replace(ends, objective=np.where(unasked, np.inf, ends.objective))
 
 
-def _to_the_end(
+def to_the_end(
     problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], done: npt.NDArray[np.bool_]
 ) -> Polished:
     """Descend in double precision, round by round, from the ends `moving`; those `done` are at their own."""
@@ -146,7 +146,7 @@ def _as_low(objective: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bo
     return np.asarray(asked & (judged <= level))
 
 
-def _judged(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:
+def left_as_they_are(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:
     """Return ends (W, K, P) as they are, with their E in double precision."""
     energy = batch_objective(problem, problem.model.from_coordinates(ends), get_precision("double"))
     return Polished(ends, energy, evaluations, np.zeros(energy.shape, dtype=np.bool_))
