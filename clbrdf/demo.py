@@ -21,18 +21,18 @@ CHECKED = 4
 
 
 @dataclass(frozen=True)
-class Stage:
-    """One stage of the demo: what it did, the files it left in the folder, wall seconds."""
+class DemoStep:
+    """One step of the demo: what it did, the files it left in the folder, wall seconds."""
 
     name: str
     files: str
     seconds: float
 
 
-def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage], list[str]]:
-    """Run the demo into a folder, which is made if it does not exist; return fit, stages, what is missing.
+def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[DemoStep], list[str]]:
+    """Run the demo into a folder, which is made if it does not exist; return fit, steps, what is missing.
 
-    An emulated rig measures yellow tin foil (Table 1 of the paper) over pseudo-terminals; the scan is fitted
+    An emulated rig measures the yellow tin foil of `scans/` over pseudo-terminals; the scan is fitted
     with its own uncertainties as weights, and a few wavelengths are checked by other optimizers. Where
     OpenGL is missing, the pictures that need it are left out, and a line says so.
 
@@ -47,13 +47,13 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made ({error.strerror}); name another with -o") from error
-    stages: list[Stage] = []
+    steps: list[DemoStep] = []
     began = time.perf_counter()
 
     def done(name: str, files: str) -> None:
         nonlocal began
         now = time.perf_counter()
-        stages.append(Stage(name, files, now - began))
+        steps.append(DemoStep(name, files, now - began))
         began = now
 
     scan = Scan.open(measure_demo_scan(folder / "scan.h5", report, overwrite))
@@ -70,4 +70,4 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[Stage
     done("draw BRDF over wavelength and angle (Fig. 5)", "spectrum.png")
     files, missing = demo_pictures(result, folder, overwrite)
     done("draw lobes, the page that computes, the report", ", ".join(file.name for file in files))
-    return result, stages, missing
+    return result, steps, missing

@@ -10,6 +10,7 @@ import clbrdf
 from clbrdf import InputError
 from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.models import get_model
+from clbrdf.observation import ForwardModel
 from clbrdf.opencl.precision import PRECISIONS, get_precision
 from tests.models.test_wang2013 import domain_points, pairwise
 from tests.reference import exact
@@ -105,6 +106,7 @@ def test_sums_over_ten_million_points(device):
     problem = Problem(
         model,
         features,
+        ForwardModel(model, features),
         np.array([0, n], np.uint32),
         scale * measured,
         scale,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
-from clbrdf.viz.panel import Entry
+from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.radius import nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
 
@@ -56,16 +56,16 @@ class Cut:
         self.series: list[tuple[Array, Array]] = []
         self.log = False
 
-    def show(self, entries: list[Entry], widths: list[float], log: bool) -> None:
-        """Draw entries with the half widths of their lobes (rad), on a logarithmic or linear axis."""
+    def show(self, requests: list[LobeRequest], widths: list[float], log: bool) -> None:
+        """Draw requests with the half widths of their lobes (rad), on a logarithmic or linear axis."""
         self.chart.clear()
         self.series = []
         self.log = log
-        alone = len(entries) == 1
+        alone = len(requests) == 1
         drawn = []
-        for k, (entry, width) in enumerate(zip(entries, widths, strict=True)):
+        for k, (request, width) in enumerate(zip(requests, widths, strict=True)):
             colour = SERIES[k % len(SERIES)]
-            drawn += self._parts(entry, width, colour, BLACK if alone else colour)
+            drawn += self._parts(request, width, colour, BLACK if alone else colour)
         values = np.concatenate([y[np.isfinite(y) & (y > 0.0)] for _, y in self.series] or [np.ones(1)])
         top = float(values.max(initial=1e-12))
         low = max(float(values.min(initial=top)), 1e-4 * top)
@@ -94,18 +94,20 @@ class Cut:
         axis.tick_locations, axis.tick_labels = list(values), [plain(v) for v in values]
         self.chart.y_range = [0.0, 1.08 * top]
 
-    def _parts(self, entry: Entry, width: float, line: str, mark: str) -> list[tuple[str, Array, Array, str]]:
-        """Curve, points and error bars of an entry: kind, θr, values and colour."""
-        subject, column = entry.subject, entry.column
+    def _parts(
+        self, request: LobeRequest, width: float, line: str, mark: str
+    ) -> list[tuple[str, Array, Array, str]]:
+        """Curve, points and error bars of a request: kind, θr, values and colour."""
+        subject, column = request.subject, request.column
         out = []
         if subject.fit is not None and subject.parameters(column) is not None:
-            x = cut_angles(entry.theta_i, self.limit, width)
-            y = plane_values(subject, column, entry.theta_i, x)
+            x = cut_angles(request.theta_i, self.limit, width)
+            y = plane_values(subject, column, request.theta_i, x)
             self.series.append((x, y))
             out.append(("curve", x, y, line))
         scan = subject.scan
         zenith = signed_view_zenith(scan)
-        rows = subject.rows(entry.theta_i)
+        rows = subject.rows(request.theta_i)
         rows = rows[np.isfinite(zenith[rows]) & ~scan.mask[rows, column]]
         if len(rows) == 0:
             return out

@@ -160,8 +160,8 @@ def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, s
     """Draw the lobes of up to four incident angles, linear and logarithmic, as PNGs with captions."""
     from PIL import Image
 
-    from clbrdf.viz.panel import Entry
-    from clbrdf.viz.scene import Scene
+    from clbrdf.viz.panel import LobeRequest
+    from clbrdf.viz.picture import Picture
     from clbrdf.viz.stills import pixels
     from clbrdf.viz.style import Look
     from clbrdf.viz.subject import Subject
@@ -170,16 +170,16 @@ def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, s
     angles = fit.scan.incident_angles
     chosen = angles[np.unique(np.linspace(0, len(angles) - 1, LOBE_PANELS).round().astype(int))]
     wavelength = subject.default_wavelength()
-    entries = [Entry(subject, wavelength, float(a)) for a in chosen]
+    requests = [LobeRequest(subject, wavelength, float(a)) for a in chosen]
     out = []
     looks = (
         (Look(radius="linear"), "The radius is the BRDF."),
         (Look(radius="log"), "The radius is its logarithm."),
     )
     for look, words in looks:
-        scene = Scene(entries, look, device=device)
+        picture = Picture(requests, look, device=device)
         data = io.BytesIO()
-        Image.fromarray(pixels(scene)).save(data, format="PNG")
-        scene.close()
+        Image.fromarray(pixels(picture)).save(data, format="PNG")
+        picture.close()
         out.append((data.getvalue(), f"Lobes at {wavelength:g} nm, one scale. {words}"))
     return out

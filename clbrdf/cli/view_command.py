@@ -16,7 +16,7 @@ from clbrdf.opencl.device import choose_device
 from clbrdf.storage.files import check_output
 
 if TYPE_CHECKING:
-    from clbrdf.viz.panel import Entry
+    from clbrdf.viz.panel import LobeRequest
     from clbrdf.viz.subject import Subject
 
 Flag = Parameter(negative="")
@@ -116,36 +116,36 @@ def command(
     if (html is not None or serve) and not pictures:
         _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
         return
-    entries = _entries(files, wavelength, theta_i, difference)
+    requests = _entries(files, wavelength, theta_i, difference)
     if outputs:
         graphics.require_off_screen()
     else:
         graphics.require_screen()
-    from clbrdf.viz.scene import Scene
+    from clbrdf.viz.picture import Picture
     from clbrdf.viz.style import Look
 
     look = Look(radius=radius, colour=colour, floor=floor, points=points)
-    chosen = choose_device(device) if any(e.subject.fit is not None for e in entries) else None
+    chosen = choose_device(device) if any(e.subject.fit is not None for e in requests) else None
     told = stderr_console()
     if pictures:
         from clbrdf.viz import stills
 
-        scene = Scene(entries, look, size=pixels, overlay=overlay, device=chosen)
+        picture = Picture(requests, look, size=pixels, overlay=overlay, device=chosen)
         if png is not None:
-            stills.save_png(scene, png, transparent, overwrite)
+            stills.save_png(picture, png, transparent, overwrite)
             told.print(f"wrote {png}")
         for film, save in ((gif, stills.save_gif), (mp4, stills.save_mp4)):
             if film is not None:
                 with progress_bar(f"drawing {film.name}") as report:
-                    stops = save(scene, film, sweep, frames, overwrite, report)
+                    stops = save(picture, film, sweep, frames, overwrite, report)
                 told.print(f"wrote {film}: {stops} stops")
-        scene.close()
+        picture.close()
     if html is not None or serve:
         _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
     elif not outputs:
-        from clbrdf.viz.window import Window, controlled_scene
+        from clbrdf.viz.window import Window, controlled_picture
 
-        Window(controlled_scene(entries, look, pixels, overlay=overlay, device=chosen)).show()
+        Window(controlled_picture(requests, look, pixels, overlay=overlay, device=chosen)).show()
 
 
 def _check_page(
@@ -208,9 +208,11 @@ def _size(text: str) -> tuple[int, int]:
     return int(words[0]), int(words[1])
 
 
-def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool) -> list[Entry]:
+def _entries(
+    files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool
+) -> list[LobeRequest]:
     """Return what is shown: every file at every wavelength and incident angle asked for."""
-    from clbrdf.viz.panel import Entry, check_difference
+    from clbrdf.viz.panel import LobeRequest, check_difference
     from clbrdf.viz.subject import named_apart, open_subject
 
     subjects = named_apart([open_subject(path) for path in files])
@@ -230,10 +232,10 @@ def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, dif
             raise InputError(f"--theta-i {value:g}: incident angles that can be drawn lie between 0 and 89")
         for subject in subjects:
             subject.check_incident(value)
-    entries = [Entry(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
-    for entry in entries:
-        check_difference(entry)
-    return entries
+    requests = [LobeRequest(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
+    for request in requests:
+        check_difference(request)
+    return requests
 
 
 def _difference(subjects: list[Subject]) -> tuple[list[Subject], Subject]:

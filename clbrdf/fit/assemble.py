@@ -57,7 +57,7 @@ def assemble(
     wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
     the reading of `time.perf_counter` when the fit began.
     """
-    w = len(scan.wavelength)
+    w, seen = len(scan.wavelength), layout.seen.take(np.argsort(layout.order))
     limits = model.coordinate_bounds(bounds)
     known = np.array([name in given for name in model.names])
     in_common = np.array([name in shared for name in model.names])
@@ -82,14 +82,11 @@ def assemble(
     together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
     if len(together):
         own = ~(at_bound | known | in_common)
-        features = model.features(scan.directions)
         measured = np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T
-        residuals = model.brdf(vector[:, None, :], features) - measured
+        residuals = seen.brdf(vector[:, None, :]) - measured
         sigmas = None if scan.sigma is None else scan.sigma[:, fitted].T
         data = residuals, weights[:, fitted].T, sigmas
-        result = with_shared(
-            result, *shared_uncertainty(model, features, vector, own, together, *data), together
-        )
+        result = with_shared(result, *shared_uncertainty(seen, vector, own, together, *data), together)
 
     def placed(values: Any, fill: Any) -> Any:
         out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
@@ -123,7 +120,7 @@ def assemble(
         correlation=correlation,
         condition=placed(result.condition, np.nan),
         remarks=remarks(
-            model,
+            seen,
             scan,
             parameters,
             placed(result.undetermined, False),

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.models import Model
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -22,7 +23,7 @@ STRONG = 0.999
 
 
 def remarks(
-    model: Model,
+    seen: ForwardModel,
     scan: Scan,
     parameters: Array,
     undetermined: npt.NDArray[np.bool_],
@@ -35,7 +36,8 @@ def remarks(
 
     Parameters
     ----------
-    model : Model
+    seen : ForwardModel
+        Of the scan's directions.
     scan : Scan
         What was fitted, W wavelengths.
     parameters : (W, P) float64
@@ -47,11 +49,11 @@ def remarks(
     fitted_count : int
         Parameters that were fitted.
     """
-    features = model.features(scan.directions)
+    model = seen.model
 
     def words(k: int) -> list[str]:
-        x, theta_i = features[used[:, k]], scan.theta_i[used[:, k]]
-        if _no_lobe(model, x, parameters[k]):
+        theta_i = scan.theta_i[used[:, k]]
+        if _no_lobe(seen, used[:, k], parameters[k]):
             lobe = _lobe_names(model)
             kept = np.array([name not in lobe for name in model.names])
             open_words = [f"{_listed(lobe)} open: no specular part in the data"]
@@ -81,13 +83,13 @@ def _lobe_names(model: Model) -> list[str]:
     return [*model.structure.growth, *model.structure.shape, model.structure.linear[0]]
 
 
-def _no_lobe(model: Model, features: Array, parameters: Array) -> bool:
+def _no_lobe(seen: ForwardModel, used: npt.NDArray[np.bool_], parameters: Array) -> bool:
     """Whether a model that tells its lobe from the rest has none in some directions."""
-    structure = model.structure
-    if structure is None or len(features) < len(model.names) or not np.isfinite(parameters).all():
+    model, structure = seen.model, seen.model.structure
+    if structure is None or used.sum() < len(model.names) or not np.isfinite(parameters).all():
         return False
     rest = parameters[model.places(structure.linear)[1]] * structure.diffuse
-    fitted = model.brdf(parameters[None, :], features)
+    fitted = seen.take(used).brdf(parameters[None, :])
     return bool((fitted - rest).max() <= NO_LOBE * fitted.max())
 
 

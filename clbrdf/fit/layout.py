@@ -10,12 +10,15 @@ import numpy.typing as npt
 from clbrdf.geometry import Directions, mirror_distance
 from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
 from clbrdf.models import Model
+from clbrdf.observation import ForwardModel, Observation
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import features_in_parts
 from clbrdf.scan.rectangle import group_numbers
 
 Array = npt.NDArray[np.float64]
 
-BLOCK = 1 << 16
-"""Directions whose features are formed at once: angles need some thirty numbers for each."""
+PART = 1 << 14
+"""Directions that are looked at at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,8 @@ class Layout:
         Where each group of one incident direction begins; last, N.
     mirror : (N,) float64
         Distance from the mirror direction, a quarter of |β − β0|² in direction cosines.
+    seen : ForwardModel
+        What the detector sees in them.
     sample : Sample or None
         Of these directions, in this order, where they are many.
     """
@@ -40,21 +45,24 @@ class Layout:
     features: Array
     starts: npt.NDArray[np.uint32]
     mirror: Array
+    seen: ForwardModel
     sample: Sample | None
 
 
-def layout_of(model: Model, directions: Directions) -> Layout:
-    """Return the layout of directions for a model."""
+def layout_of(model: Model, directions: Directions, observation: Observation | None = None) -> Layout:
+    """Return the layout of directions for a model; they are points if no observation is given."""
     n = len(directions)
-    features, mirror = np.empty((n, len(model.feature_names))), np.empty(n)
-    for first in range(0, n, BLOCK):
-        part = slice(first, first + BLOCK)
-        features[part] = model.features(directions[part])
-        mirror[part] = mirror_distance(directions[part])
+    features, mirror = features_in_parts(model, directions, get_precision("double")), np.empty(n)
+    for first in range(0, n, PART):
+        mirror[first : first + PART] = mirror_distance(directions[first : first + PART])
     incident = features[:, : model.incident_features]
     group = group_numbers(incident) if incident.shape[1] else np.zeros(n, dtype=np.intp)
     order = np.argsort(group, kind="stable")
     for column in (*features.T, mirror):  # one after the other: a second whole array is not needed
         column[:] = column[order]
     starts = np.append(0, np.cumsum(np.bincount(group))).astype(np.uint32)
-    return Layout(order, features, starts, mirror, sample_of(mirror, SAMPLE) if n > MANY else None)
+    seen = ForwardModel(model, features)
+    if observation is not None and not observation.is_points:
+        seen = ForwardModel.of(model, observation.take(order))
+    sample = sample_of(mirror, SAMPLE) if n > MANY else None
+    return Layout(order, features, starts, mirror, seen, sample)

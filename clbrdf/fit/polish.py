@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.seen import library_of, upload_seen
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload, work_group
@@ -170,7 +171,8 @@ def descend(
     import pyopencl as cl
 
     device, dtype = problem.device, precision.dtype
-    variant = Variant.on(device, "polish", problem.model, precision, ("coordinates",), free=problem.free)
+    library = ("coordinates", library_of(problem.seen))
+    variant = Variant.on(device, "polish", problem.model, precision, library, free=problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
     (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
     groups, width = -(-k // variant.lanes.width), variant.lanes.width
@@ -185,11 +187,11 @@ def descend(
         return cl.Buffer(queue.context, flags, hostbuf=np.ascontiguousarray(values, dtype=dtype))
 
     q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * done, 0.0 * done, done)]
-    rows, groups_of_rows = upload(device, problem.features, dtype), upload(device, problem.starts)
+    seen, starts_of_groups = upload_seen(device, problem.seen, dtype), upload(device, problem.starts)
     data = [upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
     sizes = np.uint32(len(problem.starts) - 1), np.uint32(n)
     kernel(
-        *(queue, (groups, w), work_group(device, 2), rows, groups_of_rows, *sizes),
+        *(queue, (groups, w), work_group(device, 2), *seen, starts_of_groups, *sizes),
         *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
     )
     host_q = np.empty((w, groups, p, width), dtype=dtype)

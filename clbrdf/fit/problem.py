@@ -13,6 +13,7 @@ from clbrdf.fit.layout import Layout, layout_of
 from clbrdf.fit.sample import Sample
 from clbrdf.models import Model
 from clbrdf.objective import scale_residuals
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
@@ -26,11 +27,15 @@ BLOCK = 1 << 14
 class Problem:
     """Minimise E = Σ (s f(x) − s m)² (13) at each of W wavelengths, within limits.
 
+    Searches take each direction as a point; what is compared to the last digit is what the detector sees.
+
     Attributes
     ----------
     model : Model
     features : (N, F) float64
         Geometry features of the directions, those with one incident direction side by side.
+    seen : ForwardModel
+        What the detector sees in them, N.
     starts : (I + 1,) uint32
         Where each group of one incident direction begins; last, N.
     target : (W, N) float64
@@ -54,6 +59,7 @@ class Problem:
 
     model: Model
     features: Array
+    seen: ForwardModel
     starts: npt.NDArray[np.uint32]
     target: Array
     scale: Array
@@ -118,6 +124,7 @@ def make_problem(
     bounds: Array,
     device: Device,
     given: Mapping[str, Array] | None = None,
+    observation: Observation | None = None,
     layout: Layout | None = None,
     places: npt.NDArray[np.intp] | None = None,
 ) -> Problem:
@@ -134,6 +141,8 @@ def make_problem(
     device : Device
     given : mapping of str to (W,) array
         Parameters that are not fitted.
+    observation : Observation, optional
+        What the detector sees in the N directions; points if not given.
     layout : Layout, optional
         Of the scan's directions, where it is known from another block of wavelengths.
     places : (B,) int, optional
@@ -145,12 +154,13 @@ def make_problem(
     for j, row in enumerate(model.parameters):
         if row.name in known:
             limits[:, j] = row.to_coordinate(known[row.name])[:, None]
-    at = layout or layout_of(model, scan.directions)
+    at = layout or layout_of(model, scan.directions, observation)
     target, scale = columns_of((scan.brdf, weights), at.order, wanted)
     scale_residuals(target, scale)
     return Problem(
         model=model,
         features=at.features,
+        seen=at.seen,
         starts=at.starts,
         target=target,
         scale=scale,

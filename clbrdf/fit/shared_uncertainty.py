@@ -20,15 +20,14 @@ import numpy.typing as npt
 
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.uncertainty import CHUNK_BYTES, SMALLEST_EIGENVALUE, Uncertainty
-from clbrdf.models import Model
+from clbrdf.observation import ForwardModel
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
 def shared_uncertainty(
-    model: Model,
-    features: Array,
+    seen: ForwardModel,
     parameters: Array,
     own: Mask,
     shared: npt.NDArray[np.intp],
@@ -40,8 +39,8 @@ def shared_uncertainty(
 
     Parameters
     ----------
-    model : Model
-    features : (N, F) float64
+    seen : ForwardModel
+        Of the N directions.
     parameters : (W, P) float64
         At the optimum.
     own : (W, P) bool
@@ -70,10 +69,10 @@ def shared_uncertainty(
     inverse, follow = np.empty((w, p, p)), np.empty((w, p, count))
     spread, cross = np.empty((w, p, p)), np.empty((w, p, count))
     system, sandwich, whole = np.zeros((count, count)), np.zeros((count, count)), np.zeros(count)
-    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    size = max(1, CHUNK_BYTES // (8 * p * len(seen.features)))
     for first in range(0, w, size):
         rows = slice(first, first + size)
-        jacobian = model.jacobian(parameters[rows, None, :], features) * np.sqrt(g[rows])[..., None]
+        jacobian = seen.jacobian(parameters[rows, None, :]) * np.sqrt(g[rows])[..., None]
         jacobian[~used[rows]] = 0.0
         K = jacobian[..., shared]
         J = np.where(own[rows, None, :], jacobian, 0.0)

@@ -1,8 +1,8 @@
 """What a fit tells of itself at its parameters: sums over all directions, formed on the device.
 
 `kernels/summary.cl` forms them in double precision, directions side by side in the lanes and in parts of fixed
-length, so that neither the number of wavelengths nor of cores changes a digit. Where a derivative is no number there,
-as at a parameter of 0 on a log scale, NumPy forms the sums again.
+length, so that neither the number of wavelengths nor of cores changes a digit. NumPy forms them where a derivative is no
+number there, as at a parameter of 0 on a log scale, and where the detector sees more than points.
 """
 
 from __future__ import annotations
@@ -160,22 +160,47 @@ def summarise(
     DeviceError
         The device has no fp64, or cannot build or run the kernel.
     """
+    used = np.count_nonzero(problem.scale, axis=1)
+    known = np.zeros(len(used), dtype=np.bool_)
+    if noise is not None:
+        known = ~(np.isnan(noise) & (problem.scale > 0.0)).any(axis=1)
+    told = np.where(known[:, None], noise, 0.0) if noise is not None and known.any() else None
+    if problem.seen.first is None:
+        energy, peak, gram, spread, deviation = _on_device(problem, parameters, told, inverse)
+        odd = np.flatnonzero(~np.isfinite(gram).all(axis=(1, 2)))
+    else:
+        w, p = parameters.shape
+        energy, peak, deviation = np.empty(w), np.empty(w), np.empty(problem.size)
+        gram, spread, odd = np.empty((w, p, p)), np.empty((w, p, p)), np.arange(w)
+    for k in odd:
+        at = parameters[k], None if told is None else told[k], None if inverse is None else inverse[k]
+        energy[k], peak[k], gram[k], spread[k], deviation[k] = _in_numpy(problem, int(k), *at)
+    spread[~known] = np.nan
+    return Summary(
+        objective=np.where(used > 0, energy, np.nan),
+        peak=peak,
+        used=used,
+        gram=gram,
+        spread=spread,
+        deviation=_by_angle(deviation, angle),
+        counted=_by_angle((problem.target if inverse is None else inverse) > 0.0, angle),
+    )
+
+
+def _on_device(
+    problem: Problem, parameters: Array, noise: Array | None, inverse: Array | None
+) -> tuple[Array, Array, Array, Array, Array]:
+    """E (W,), peak (W,), G and S (W, P, P), squares of the relative deviation (W, N)."""
     import pyopencl as cl
 
     (w, n), p = problem.size, parameters.shape[1]
     device, precision = problem.device, get_precision("double")
-    used = np.count_nonzero(problem.scale, axis=1)
-    known = np.zeros(w, dtype=np.bool_)
-    if noise is not None:
-        known = ~(np.isnan(noise) & (problem.scale > 0.0)).any(axis=1)
-    parts = ("noise",) * bool(known.any()) + ("apart",) * (inverse is not None)
+    parts = ("noise",) * (noise is not None) + ("apart",) * (inverse is not None)
     variant = Variant.on(device, "summary", problem.model, precision, (), parts)
     kernel, queue = cl.Kernel(build(device, variant), "summary"), open_queue(device)
     width = variant.lanes.width
-    vectors = -(-n // width)
-    part = PART // width
-    pairs, pieces = p * (p + 1) // 2, -(-vectors // part)
-    count = 2 + pairs * (2 if "noise" in parts else 1)
+    vectors, part, pairs = -(-n // width), PART // width, p * (p + 1) // 2
+    pieces, count = -(-vectors // part), 2 + pairs * (1 if noise is None else 2)
 
     def padded(values: Array) -> cl.Buffer:
         if n % width == 0:
@@ -184,12 +209,8 @@ def summarise(
         wide[:, :n] = values
         return upload(device, wide)
 
-    given = [padded(problem.target), padded(problem.scale)]
-    if "noise" in parts and noise is not None:
-        given.append(padded(np.where(known[:, None], noise, 0.0)))
-    if inverse is not None:
-        given.append(padded(inverse))
     rows = feature_rows(problem.features[:, None, :], width)
+    given = [padded(v) for v in (problem.target, problem.scale, noise, inverse) if v is not None]
     deviation, sums = np.empty((w, vectors * width)), np.empty((w, pieces, count, width))
     out = [cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes) for host in (deviation, sums)]
     kernel(
@@ -198,8 +219,7 @@ def summarise(
     )
     for host, buffer in zip((deviation, sums), out, strict=True):
         cl.enqueue_copy(queue, host, buffer)
-    energy, peak = np.zeros(w), np.full(w, -np.inf)
-    squares = np.zeros((w, count - 2))
+    energy, peak, squares = np.zeros(w), np.full(w, -np.inf), np.zeros((w, count - 2))
     for piece in np.moveaxis(sums, 1, 0):  # one after the other: the order of a sum is part of its result
         for lane in range(width):
             energy += piece[:, 0, lane]
@@ -208,21 +228,9 @@ def summarise(
     i, j = np.tril_indices(p)
     square = np.full((2, w, p, p), np.nan)
     square[0, :, i, j] = square[0, :, j, i] = squares[:, :pairs].T
-    if "noise" in parts:
-        square[1, :, i, j] = square[1, :, j, i] = np.where(known, squares[:, pairs:].T, np.nan)
-    found = Summary(
-        objective=np.where(used > 0, energy, np.nan),
-        peak=peak,
-        used=used,
-        gram=square[0],
-        spread=square[1],
-        deviation=_by_angle(deviation[:, :n], angle),
-        counted=_by_angle((problem.target if inverse is None else inverse) > 0.0, angle),
-    )
-    for k in np.flatnonzero(~np.isfinite(found.gram).all(axis=(1, 2))):
-        told = noise[k] if known[k] and noise is not None else None
-        found.gram[k], found.spread[k] = _numpy_sums(problem, int(k), parameters[k], told)
-    return found
+    if noise is not None:
+        square[1, :, i, j] = square[1, :, j, i] = squares[:, pairs:].T
+    return energy, peak, square[0], square[1], deviation[:, :n]
 
 
 def _by_angle(values: npt.NDArray[Any], angle: npt.NDArray[np.intp]) -> Array:
@@ -236,17 +244,29 @@ def _by_angle(values: npt.NDArray[Any], angle: npt.NDArray[np.intp]) -> Array:
     return out
 
 
-def _numpy_sums(problem: Problem, k: int, parameters: Array, noise: Array | None) -> tuple[Array, Array]:
-    """G and S (P, P) at one wavelength, in NumPy."""
-    p = len(parameters)
-    gram, spread = np.zeros((p, p)), np.full((p, p), np.nan if noise is None else 0.0)
-    for first in range(0, problem.size[1], NUMPY_BLOCK):
-        block = slice(first, first + NUMPY_BLOCK)
-        used = problem.scale[k, block] > 0.0
-        s, x = problem.scale[k, block][used], problem.features[block][used]
-        jacobian = problem.model.jacobian(parameters[None], x) * s[:, None]
+def _in_numpy(
+    problem: Problem, k: int, parameters: Array, noise: Array | None, inverse: Array | None
+) -> tuple[float, float, Array, Array, Array]:
+    """As `_on_device`, at one wavelength, part by part of the directions."""
+    p, n = len(parameters), problem.size[1]
+    energy, peak, gram, spread = 0.0, -np.inf, np.zeros((p, p)), np.zeros((p, p))
+    deviation = np.zeros(n)
+    for first in range(0, n, NUMPY_BLOCK):
+        places = np.arange(first, min(first + NUMPY_BLOCK, n))
+        seen, s, y = problem.seen.take(places), problem.scale[k, places], problem.target[k, places]
+        used = s > 0.0
+        f = seen.brdf(parameters[None])
+        residual = np.where(used, s * f - y, 0.0)
+        energy += float((residual**2).sum())
+        peak = max(peak, float(f.max(initial=-np.inf, where=used)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = np.where(y > 0.0, residual / y, 0.0)
+        if inverse is not None:
+            away = np.where(inverse[places] > 0.0, f * inverse[places] - 1.0, 0.0)
+        deviation[places] = away**2
+        jacobian = np.where(used[:, None], seen.jacobian(parameters[None]) * s[:, None], 0.0)
         gram += jacobian.T @ jacobian
         if noise is not None:
-            jacobian *= noise[block][used, None]
+            jacobian *= noise[places, None]
             spread += jacobian.T @ jacobian
-    return gram, spread
+    return energy, peak, gram, spread, deviation

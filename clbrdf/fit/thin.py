@@ -8,10 +8,11 @@ import numpy as np
 
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.sample import Sample
+from clbrdf.observation import ForwardModel
 
 
 def thinned(problem: Problem, most: int) -> Problem:
-    """Return the problem on at most so many of its directions.
+    """Return the problem on at most so many of its directions, which then are points.
 
     Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
     evenly over the rest, which they stand for with a larger weight.
@@ -25,7 +26,7 @@ def thinned(problem: Problem, most: int) -> Problem:
     weight = np.ones(n)
     weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
-    return on_sample(problem, Sample(kept, weight[kept]))
+    return on_sample(replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept]))
 
 
 def on_sample(problem: Problem, sample: Sample) -> Problem:
@@ -35,6 +36,7 @@ def on_sample(problem: Problem, sample: Sample) -> Problem:
     return replace(
         problem,
         features=problem.features[kept],
+        seen=problem.seen.take(kept),
         mirror=problem.mirror[kept],
         target=problem.target[:, kept] * root,
         scale=problem.scale[:, kept] * root,

@@ -17,8 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.models import Model
-
 Array = npt.NDArray[np.float64]
 
 CHUNK_BYTES = 32 << 20

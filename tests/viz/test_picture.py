@@ -9,8 +9,8 @@ import pytest
 
 from clbrdf import InputError, Scan
 from clbrdf.viz.camera import project
-from clbrdf.viz.panel import Entry
-from clbrdf.viz.scene import Scene, panel_places
+from clbrdf.viz.panel import LobeRequest
+from clbrdf.viz.picture import Picture, panel_places
 from clbrdf.viz.stills import pixels
 from clbrdf.viz.style import Look
 from clbrdf.viz.subject import Subject
@@ -23,12 +23,12 @@ BARE = Look(points=False)
 
 
 @pytest.fixture
-def scene(request):
+def picture(request):
     """A maker of scenes that are closed after the test."""
     made = []
 
-    def make(entries, look=BARE, **options):
-        made.append(Scene(entries, look, **{"size": SIZE, **options}))
+    def make(requests, look=BARE, **options):
+        made.append(Picture(requests, look, **{"size": SIZE, **options}))
         return made[-1]
 
     yield make
@@ -36,50 +36,50 @@ def scene(request):
         one.close()
 
 
-def hand_projection(points, scene, panel=0):
+def hand_projection(points, picture, panel=0):
     """Pixels (column from the left, row from the top) of world points by the camera's mathematics."""
-    a, e = np.deg2rad(scene.view.azimuth), np.deg2rad(scene.view.elevation)
+    a, e = np.deg2rad(picture.view.azimuth), np.deg2rad(picture.view.elevation)
     right = np.array([np.cos(a), np.sin(a), 0.0])
     up = np.array([-np.sin(e) * np.sin(a), np.sin(e) * np.cos(a), np.cos(e)])
-    left, bottom, right_edge, top = scene.panels[panel].renderer.viewport
-    width, height = scene.size
+    left, bottom, right_edge, top = picture.panels[panel].renderer.viewport
+    width, height = picture.size
     middle = np.array([(left + right_edge) / 2 * width, (1 - (bottom + top) / 2) * height])
-    per_unit = (top - bottom) * height / 2 / scene.panels[panel].renderer.camera.parallel_scale
-    away = np.atleast_2d(points) - scene.view.centre
+    per_unit = (top - bottom) * height / 2 / picture.panels[panel].renderer.camera.parallel_scale
+    away = np.atleast_2d(points) - picture.view.centre
     return middle + per_unit * np.column_stack([away @ right, -(away @ up)])
 
 
-def lobe_pixels(scene, panel=0):
+def lobe_pixels(picture, panel=0):
     """Pixels that the lobe of a panel owns, (K, 2): those that change when it is hidden."""
-    shown = pixels(scene).astype(int)
-    actors = scene.panels[panel].actors + scene.panels[panel].outlines
+    shown = pixels(picture).astype(int)
+    actors = picture.panels[panel].actors + picture.panels[panel].outlines
     for actor in actors:
         actor.SetVisibility(False)
-    hidden = pixels(scene).astype(int)
+    hidden = pixels(picture).astype(int)
     for actor in actors:
         actor.SetVisibility(True)
     return np.argwhere(np.abs(shown - hidden).max(axis=2) > 24)[:, ::-1]
 
 
-def tip_of(scene, theta_i, panel=0):
+def tip_of(picture, theta_i, panel=0):
     """The lobe's farthest pixel along the mirror direction as projected."""
     mirror = np.array([np.sin(np.deg2rad(theta_i)), 0.0, np.cos(np.deg2rad(theta_i))])
-    foot, head = hand_projection([np.zeros(3), mirror], scene, panel)
+    foot, head = hand_projection([np.zeros(3), mirror], picture, panel)
     along = (head - foot) / np.linalg.norm(head - foot)
-    owned = lobe_pixels(scene, panel) + 0.5
+    owned = lobe_pixels(picture, panel) + 0.5
     return owned[((owned - foot) @ along).argmax()], head
 
 
 @pytest.mark.parametrize("theta_i", [30.0, 45.0, 60.0])
 @pytest.mark.parametrize("radius", ["linear", "log"])
-def test_the_tip_lies_where_the_mathematics_says(scene, foil, theta_i, radius):
-    one = scene([Entry(foil, 550.0, theta_i)], replace(BARE, radius=radius))
+def test_the_tip_lies_where_the_mathematics_says(picture, foil, theta_i, radius):
+    one = picture([LobeRequest(foil, 550.0, theta_i)], replace(BARE, radius=radius))
     tip, expected = tip_of(one, theta_i)
     np.testing.assert_allclose(tip, expected, atol=2.0)
 
 
-def test_a_needle_of_a_tenth_of_a_degree_is_kept(scene, needle):
-    one = scene([Entry(needle, 550.0, 45.0)])
+def test_a_needle_of_a_tenth_of_a_degree_is_kept(picture, needle):
+    one = picture([LobeRequest(needle, 550.0, 45.0)])
     tip, expected = tip_of(one, 45.0)
     np.testing.assert_allclose(tip, expected, atol=2.0)
     # All along its length, though it is thinner than a pixel.
@@ -89,8 +89,8 @@ def test_a_needle_of_a_tenth_of_a_degree_is_kept(scene, needle):
     assert np.histogram(reached, 12, (0.0, np.linalg.norm(expected - foot)))[0].min() > 0
 
 
-def test_the_hand_projection_and_the_one_for_clicks_agree(scene, foil):
-    one = scene([Entry(foil, 550.0, 45.0)])
+def test_the_hand_projection_and_the_one_for_clicks_agree(picture, foil):
+    one = picture([LobeRequest(foil, 550.0, 45.0)])
     one.render()
     points = np.array([[0.0, 0.0, 0.0], [0.3, -0.2, 0.9], [-1.0, 0.4, 0.0]])
     found = project(one.panels[0].renderer, points)
@@ -98,8 +98,8 @@ def test_the_hand_projection_and_the_one_for_clicks_agree(scene, foil):
     np.testing.assert_allclose(found, hand_projection(points, one), atol=1.5)
 
 
-def test_panels_share_one_scale(scene, foil):
-    one = scene([Entry(foil, 550.0, a) for a in (30.0, 60.0)], size=(900, 600))
+def test_panels_share_one_scale(picture, foil):
+    one = picture([LobeRequest(foil, 550.0, a) for a in (30.0, 60.0)], size=(900, 600))
     peak = {30.0: 350.8, 60.0: 1996.7}  # PAPER.md, from Table 1
     assert one.scale.top == pytest.approx(peak[60.0], rel=2e-3)
     tip, full = tip_of(one, 30.0, 0)
@@ -108,8 +108,8 @@ def test_panels_share_one_scale(scene, foil):
     assert share == pytest.approx(peak[30.0] / peak[60.0], abs=0.02)
 
 
-def test_a_moved_slider_changes_the_right_pixels(scene, foil):
-    one = scene([Entry(foil, 550.0, 30.0)], Look(points=False, radius="log"), words=False)
+def test_a_moved_slider_changes_the_right_pixels(picture, foil):
+    one = picture([LobeRequest(foil, 550.0, 30.0)], Look(points=False, radius="log"), words=False)
     before, first = pixels(one).astype(int), {tuple(p) for p in lobe_pixels(one)}
     one.set(theta_i=60.0)
     after, second = pixels(one).astype(int), {tuple(p) for p in lobe_pixels(one)}
@@ -128,8 +128,8 @@ def test_a_moved_slider_changes_the_right_pixels(scene, foil):
     np.testing.assert_array_equal(pixels(one), before)
 
 
-def test_a_wavelength_changes_length_when_the_scale_is_held(scene, foil):
-    one = scene([Entry(foil, 650.0, 45.0)])
+def test_a_wavelength_changes_length_when_the_scale_is_held(picture, foil):
+    one = picture([LobeRequest(foil, 650.0, 45.0)])
     one.held = one.scale
     one.set(wavelength=450.0)
     tip, full = tip_of(one, 45.0)
@@ -141,9 +141,9 @@ def test_a_wavelength_changes_length_when_the_scale_is_held(scene, foil):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 @pytest.mark.parametrize("size", [(1200, 900), (500, 700)])
-def test_nothing_is_cut_off(scene, foil, count, size):
+def test_nothing_is_cut_off(picture, foil, count, size):
     angles = (10.0, 30.0, 60.0, 84.0)[:count]
-    one = scene([Entry(foil, 550.0, a) for a in angles], Look(), size=size)
+    one = picture([LobeRequest(foil, 550.0, a) for a in angles], Look(), size=size)
     picture = pixels(one)
     assert picture.shape == (size[1], size[0], 3)
     for edge in (picture[:3], picture[-3:], picture[:, :2], picture[:, -2:]):
@@ -153,21 +153,21 @@ def test_nothing_is_cut_off(scene, foil, count, size):
         assert one.letter >= 14
 
 
-def test_overlay_colours_and_difference(scene, foil, small_scan):
-    entries = [Entry(foil, 550.0, a) for a in (30.0, 60.0)]
-    both = scene(entries, replace(BARE, radius="log"), overlay=True)
+def test_overlay_colours_and_difference(picture, foil, small_scan):
+    requests = [LobeRequest(foil, 550.0, a) for a in (30.0, 60.0)]
+    both = picture(requests, replace(BARE, radius="log"), overlay=True)
     assert len(both.panels) == 1
     tip_30, _ = tip_of(both, 30.0)
     assert len(lobe_pixels(both)) > 2000
     assert tip_30 is not None
     higher = Subject("higher", small_scan, fit_of(small_scan, dict(foil.fit.parameters, kd=9.0)))
-    signed = scene([Entry(higher, 550.0, 45.0, foil)])
+    signed = picture([LobeRequest(higher, 550.0, 45.0, foil)])
     assert signed.paint.signed
-    assert "higher − foil" in signed.panels[0].entries[0].name
+    assert "higher − foil" in signed.panels[0].requests[0].name
     assert signed.panels[0].caption().splitlines()[1].startswith("largest difference 2.4")
 
 
-def test_spectral_colour(scene, foil):
+def test_spectral_colour(picture, foil):
     yellow = dict(foil.fit.parameters)
     wide = Scan(
         foil.scan.theta_i,
@@ -180,18 +180,19 @@ def test_spectral_colour(scene, foil):
     gain = np.array([0.1, 0.3, 0.9, 1.0, 1.0, 1.0])
     parameters = {n: v[1] for n, v in yellow.items()}
     fit = fit_of(wide, {**parameters, "ks": parameters["ks"] * gain, "kd": parameters["kd"] * gain})
-    one = scene(
-        [Entry(Subject("brass", wide, fit), 580.0, 45.0)], replace(BARE, radius="log", colour="spectrum")
+    one = picture(
+        [LobeRequest(Subject("brass", wide, fit), 580.0, 45.0)],
+        replace(BARE, radius="log", colour="spectrum"),
     )
     owned = lobe_pixels(one)
     red, green, blue = pixels(one)[owned[:, 1], owned[:, 0]].mean(axis=0)
     assert red > green > blue + 30
     with pytest.raises(InputError, match="colour by value instead"):
-        scene([Entry(foil, 550.0, 45.0)], Look(colour="spectrum"))
+        picture([LobeRequest(foil, 550.0, 45.0)], Look(colour="spectrum"))
 
 
-def test_transparent_background(scene, foil):
-    one = scene([Entry(foil, 550.0, 45.0)])
+def test_transparent_background(picture, foil):
+    one = picture([LobeRequest(foil, 550.0, 45.0)])
     clear = pixels(one, transparent=True)
     assert clear.shape == (450, 600, 4)
     assert clear[-1, 0, 3] == 0
@@ -200,19 +201,19 @@ def test_transparent_background(scene, foil):
     assert pixels(one).min(axis=(0, 1)).max() < 255
 
 
-def test_sensible_pictures_of_poor_data(scene, foil, small_scan):
-    masked = scene([Entry(Subject("masked", all_masked(small_scan, 1)), 550.0, 45.0)], Look())
+def test_sensible_pictures_of_poor_data(picture, foil, small_scan):
+    masked = picture([LobeRequest(Subject("masked", all_masked(small_scan, 1)), 550.0, 45.0)], Look())
     assert "nothing fitted or measured here" in masked.panels[0].caption()
-    assert pixels(masked).min() < 100  # stage and words are there
+    assert pixels(masked).min() < 100  # ground and words are there
     lone = Subject("one", Scan([45.0], 0.0, [45.0], 180.0, [550.0], [[0.5]]))
-    one = scene([Entry(lone, 550.0, 45.0)], Look())
+    one = picture([LobeRequest(lone, 550.0, 45.0)], Look())
     assert "1 measured point" in one.panels[0].caption()
     assert len(lobe_pixels(one)) > 50
 
 
-def test_infinite_values_at_grazing_are_cut_and_named(scene, small_scan):
+def test_infinite_values_at_grazing_are_cut_and_named(picture, small_scan):
     steep = fit_of(small_scan, {"a": 20.0, "b": -1.0, "c": -1e-9, "d": 0.2, "ks": 1e38, "kd": 1.0})
-    one = scene([Entry(Subject("steep", small_scan, steep), 550.0, 45.0)], Look(radius="log"))
+    one = picture([LobeRequest(Subject("steep", small_scan, steep), 550.0, 45.0)], Look(radius="log"))
     assert "infinite values cut" in "\n".join(one.notes())
     points = np.asarray(one.panels[0].lobes[0].polydata.points)
     assert np.isfinite(points).all()
@@ -220,19 +221,19 @@ def test_infinite_values_at_grazing_are_cut_and_named(scene, small_scan):
     assert "grows without bound" in "\n".join(one.notes())
 
 
-def test_the_mesh_reaches_as_far_as_the_data(scene, foil):
-    assert scene([Entry(foil, 550.0, 45.0)]).limit == 85.0
-    assert scene([Entry(foil, 550.0, 88.0)]).limit == 88.5
+def test_the_mesh_reaches_as_far_as_the_data(picture, foil):
+    assert picture([LobeRequest(foil, 550.0, 45.0)]).limit == 85.0
+    assert picture([LobeRequest(foil, 550.0, 88.0)]).limit == 88.5
 
 
-def test_mistakes(scene, foil):
-    entry = Entry(foil, 550.0, 45.0)
+def test_mistakes(picture, foil):
+    request = LobeRequest(foil, 550.0, 45.0)
     with pytest.raises(InputError, match="10 lobes in one picture; at most 9"):
-        scene([entry] * 10)
+        picture([request] * 10)
     with pytest.raises(InputError, match="size 20x450"):
-        scene([entry], size=(20, 450))
+        picture([request], size=(20, 450))
     with pytest.raises(InputError, match="no colour is called 'blue'"):
-        scene([entry], Look(colour="blue"))
+        picture([request], Look(colour="blue"))
 
 
 def test_panels_fill_the_area():

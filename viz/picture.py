@@ -1,4 +1,4 @@
-"""A figure of lobes: panels side by side with one scale, its title, its key, and how it is redrawn."""
+"""A picture of lobes: panels side by side with one scale, its title, its key, and how it is redrawn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import clip_text, kind_of
-from clbrdf.viz.panel import Entry, Panel
+from clbrdf.viz.panel import LobeRequest, Panel
 from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
 from clbrdf.viz.style import COLOUR_MODES, Look
 from clbrdf.viz.subject import drawing_limit
@@ -37,7 +37,7 @@ CAPTION_LINES = 4.2
 """Height of a panel's caption, in letters."""
 NOTE_LENGTHS = (95, 108)
 NOTE_LENGTHS_MIXED = (135, 108)
-"""Letters of the longest usual lines of `Scene.notes`; with measured and modelled surfaces."""
+"""Letters of the longest usual lines of `Picture.notes`; with measured and modelled surfaces."""
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -56,12 +56,12 @@ def panel_places(count: int, width: float, height: float) -> list[Place]:
     ]
 
 
-class Scene:
-    """Lobes of several entries, drawn.
+class Picture:
+    """Lobes of several requests, drawn.
 
     Parameters
     ----------
-    entries : sequence of Entry
+    requests : sequence of LobeRequest
         At most MOST_PANELS, unless laid over each other.
     look : Look
     size : (int, int)
@@ -77,7 +77,7 @@ class Scene:
         Instead of the one made for each lobe.
     device : Device, optional
     inset : (float, float, float, float), optional
-        Left, bottom, right, top of one more renderer, `Scene.inset`, for a chart.
+        Left, bottom, right, top of one more renderer, `Picture.inset`, for a chart.
     samples : int
         Samples a pixel against jagged edges; 0 is two to three times faster in software rendering.
     limit : float, optional
@@ -91,7 +91,7 @@ class Scene:
 
     def __init__(
         self,
-        entries: Sequence[Entry],
+        requests: Sequence[LobeRequest],
         look: Look = Look(),  # noqa: B008 (immutable)
         *,
         size: tuple[int, int] = (1200, 900),
@@ -109,17 +109,17 @@ class Scene:
 
         if not all(SMALLEST <= side <= LARGEST for side in size):
             raise InputError(f"size {size[0]}x{size[1]}: sides lie between {SMALLEST} and {LARGEST} pixels")
-        if len(entries) > MOST_PANELS:
-            raise InputError(f"{len(entries)} lobes in one picture; at most {MOST_PANELS} are legible")
-        self.look, self.size, self.overlay = look, size, overlay and len(entries) > 1
-        self._check(entries, look)
+        if len(requests) > MOST_PANELS:
+            raise InputError(f"{len(requests)} lobes in one picture; at most {MOST_PANELS} are legible")
+        self.look, self.size, self.overlay = look, size, overlay and len(requests) > 1
+        self._check(requests, look)
         self.held: RadiusScale | None = None
         self.scale = RadiusScale(look.radius, 1.0, 1e-3)
         self.paint = value_paint(1e-3, 1.0, False)
-        self.limit = limit or drawing_limit([e.subject for e in entries], [e.theta_i for e in entries])
-        groups = [list(entries)] if self.overlay else [[e] for e in entries]
+        self.limit = limit or drawing_limit([e.subject for e in requests], [e.theta_i for e in requests])
+        groups = [list(requests)] if self.overlay else [[e] for e in requests]
         self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
-        mixed = len({e.subject.fit is None for e in entries}) > 1
+        mixed = len({e.subject.fit is None for e in requests}) > 1
         height = words_height(size, self.letter, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS)
         self.area = (*area[:3], min(area[3], 1.0 - height)) if words else WHOLE
         left, bottom, right, top = self.area
@@ -131,7 +131,7 @@ class Scene:
             border=False,
         )
         self.plotter.render_window.SetMultiSamples(samples)
-        self.ground: Any = None
+        self.background: Any = None
         self._lay_background()
         self.view = View()
         self.panels: list[Panel] = []
@@ -158,29 +158,29 @@ class Scene:
         self.update()
 
     @staticmethod
-    def _check(entries: Sequence[Entry], look: Look) -> None:
+    def _check(requests: Sequence[LobeRequest], look: Look) -> None:
         if look.radius not in RADIUS_MODES:
             raise InputError(f"no radius is called {look.radius!r}; there are {', '.join(RADIUS_MODES)}")
         if look.colour not in COLOUR_MODES:
             raise InputError(f"no colour is called {look.colour!r}; there are {', '.join(COLOUR_MODES)}")
         if look.colour == "spectrum":
-            for entry in entries:
-                if entry.minus is not None:
+            for request in requests:
+                if request.minus is not None:
                     raise InputError("a difference has no spectral colour; colour it by value")
-                check_spectrum(entry.subject.wavelength)
+                check_spectrum(request.subject.wavelength)
 
     def _lay_background(self) -> None:
         """Put a white renderer under everything: panels do not cover the window."""
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
-        self.ground = vtkRenderer()
-        self.ground.SetBackground(1.0, 1.0, 1.0)
-        self.ground.InteractiveOff()
+        self.background = vtkRenderer()
+        self.background.SetBackground(1.0, 1.0, 1.0)
+        self.background.InteractiveOff()
         window = self.plotter.render_window
         window.SetNumberOfLayers(3)
         for renderer in self.plotter.renderers:
             renderer.SetLayer(1)
-        window.AddRenderer(self.ground)
+        window.AddRenderer(self.background)
 
     def update(self) -> None:
         """Evaluate, scale, shape, paint and word everything anew; drawing is left to the caller."""
@@ -210,14 +210,14 @@ class Scene:
     def _paint_spectra(panel: Panel) -> None:
         for lobe, there in zip(panel.lobes, panel.there, strict=True):
             if there:
-                weights = colour_weights(panel.entries[0].subject.wavelength)
+                weights = colour_weights(panel.requests[0].subject.wavelength)
                 lobe.set_colours(chromatic_rgb(lobe.spectra() @ weights.T))
 
     def _word(self, words: Words) -> None:
         words.show(self.title, self.notes(), [panel.caption(self.named) for panel in self.panels])
         if self.overlay:
-            entries = [e for p in self.panels for e in p.entries]
-            names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(entries)]
+            requests = [e for p in self.panels for e in p.requests]
+            names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(requests)]
             words.key.show_names(names, top=self.area[3])
         elif self.look.colour == "spectrum":
             words.key.show_names([], "colour: hue of the spectrum\nin daylight D65")
@@ -227,28 +227,28 @@ class Scene:
     @property
     def title(self) -> str:
         """Names of everything shown."""
-        return ",  ".join(dict.fromkeys(e.name for p in self.panels for e in p.entries))
+        return ",  ".join(dict.fromkeys(e.name for p in self.panels for e in p.requests))
 
     @property
     def named(self) -> bool:
         """Whether panels need the name of what they show."""
-        return len({e.name for p in self.panels for e in p.entries}) > 1
+        return len({e.name for p in self.panels for e in p.requests}) > 1
 
     @property
     def key_title(self) -> str:
         """Title of the colour bar."""
         return "difference\n(1/sr)" if self.panels[0].signed else "BRDF (1/sr)\nlog colours"
 
-    def overlay_name(self, entry: Entry) -> str:
+    def overlay_name(self, request: LobeRequest) -> str:
         """Name of one of several lobes in one panel."""
-        return f"{entry.name}, θi = {entry.theta_i:g}°, {entry.subject.label(entry.column)}"
+        return f"{request.name}, θi = {request.theta_i:g}°, {request.subject.label(request.column)}"
 
     def notes(self) -> list[str]:
         """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""
         lobes = [lobe for p in self.panels for lobe in p.lobes]
-        entries = [e for p in self.panels for e in p.entries]
+        requests = [e for p in self.panels for e in p.requests]
         kinds = dict.fromkeys(
-            kind_of(e.subject, isinstance(lobe, FittedLobe)) for e, lobe in zip(entries, lobes, strict=True)
+            kind_of(e.subject, isinstance(lobe, FittedLobe)) for e, lobe in zip(requests, lobes, strict=True)
         )
         radius = self.scale.title
         if self.panels[0].signed:
@@ -276,7 +276,7 @@ class Scene:
             The scan has no spectral colour.
         """
         look = replace(self.look, **changes)
-        self._check([e for p in self.panels for e in p.entries], look)
+        self._check([e for p in self.panels for e in p.requests], look)
         self.look = look
         self.held = None
         self.update()

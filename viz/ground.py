@@ -25,7 +25,7 @@ BEYOND = 1.13
 """Length of the lines of the incident and the mirror direction: past the longest lobe."""
 
 
-class Stage:
+class Ground:
     """The fixed surroundings of a lobe in one renderer, and what follows the incident angle and the scale.
 
     Parameters
