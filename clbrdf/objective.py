@@ -86,19 +86,27 @@ def scale_residuals(measured: Array, weights: Array) -> None:
     Formed from weights relative to the largest at each wavelength, so that neither the units of f nor
     those of g can overflow; wavelength by wavelength, whatever the others are.
     """
-    rows = max(1, CACHED // measured.shape[1])
-    for first in range(0, len(measured), rows):
+    w, n = measured.shape
+    rows, parts = max(1, CACHED // n), [slice(k, k + CACHED) for k in range(0, n, CACHED)]
+    for first in range(0, w, rows):
         f, g = measured[first : first + rows], weights[first : first + rows]
-        f[~(g > 0.0)] = 0.0
-        largest_f, largest_g = np.abs(f).max(axis=1, keepdims=True), g.max(axis=1, keepdims=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            g /= largest_g
-            unit = f / largest_f
-            norm = np.sqrt((g * unit * unit).sum(axis=1, keepdims=True)) * largest_f
-            np.sqrt(g, out=g)
-            g /= norm
-        g[~np.isfinite(norm[:, 0]) | (largest_f[:, 0] == 0.0)] = 0.0
-        f *= g
+        largest_f, largest_g, total = np.zeros((3, len(f), 1))
+        for part in parts:
+            f[:, part][~(g[:, part] > 0.0)] = 0.0
+            np.maximum(largest_f, np.abs(f[:, part]).max(axis=1, keepdims=True), out=largest_f)
+            np.maximum(largest_g, g[:, part].max(axis=1, keepdims=True), out=largest_g)
+        empty = (largest_f[:, 0] == 0.0) | (largest_g[:, 0] == 0.0)
+        largest_f[empty] = largest_g[empty] = 1.0
+        for part in parts:
+            unit = f[:, part] / largest_f
+            g[:, part] /= largest_g
+            total += (g[:, part] * unit * unit).sum(axis=1, keepdims=True)
+        norm = np.sqrt(total) * largest_f
+        norm[empty] = np.inf
+        for part in parts:
+            np.sqrt(g[:, part], out=g[:, part])
+            g[:, part] /= norm
+            f[:, part] *= g[:, part]
 
 
 def objective(model_values: Array, scan: Scan, weights: Array) -> Array:

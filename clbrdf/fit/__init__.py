@@ -157,7 +157,7 @@ def fit(
     where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
     def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        return make_problem(scan, g, chosen, limits, where, given, layout, places)
+        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
 
     choice = None
     if rtol is not None:

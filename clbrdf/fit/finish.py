@@ -15,6 +15,7 @@ import numpy.typing as npt
 from clbrdf.fit.polish import (
     AS_LOW,
     EXACT,
+    NEAR_DAMPING,
     ROUGH_ITERATIONS,
     ROUGH_TOLERANCE,
     Polished,
@@ -98,4 +99,4 @@ def finish(problem: Problem, ends: Ends, depth: str) -> Polished:
         return Polished(q, np.where(moving, done.objective, np.inf), spent, done.converged)
     energy = np.where(moving, ends.objective[:, :most], np.inf)
     start = Polished(q, energy, np.zeros_like(spent), np.zeros_like(moving))
-    return to_the_end(problem, start, moving, np.zeros_like(moving))
+    return to_the_end(problem, start, moving, np.zeros_like(moving), NEAR_DAMPING)

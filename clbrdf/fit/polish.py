@@ -34,6 +34,12 @@ ROUGH_ITERATIONS = 12
 ROUGH_TOLERANCE = 1e-3
 """Of the way in single precision, whose E is good to about 1e-6, or to 1e-3 where E is below 1e-9."""
 
+FIRST_DAMPING = 1e-3
+"""Of the Levenberg–Marquardt system, scaled to a unit diagonal."""
+
+NEAR_DAMPING = 1e-6
+"""From starts that are known to be near the optimum."""
+
 AS_LOW = 1e-6
 """Ends within this share of the lowest E have come to the same optimum."""
 
@@ -113,7 +119,11 @@ def polish(
 
 
 def to_the_end(
-    problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], done: npt.NDArray[np.bool_]
+    problem: Problem,
+    ends: Polished,
+    moving: npt.NDArray[np.bool_],
+    done: npt.NDArray[np.bool_],
+    damping: float = FIRST_DAMPING,
 ) -> Polished:
     """Descend in double precision, round by round, from the ends `moving`; those `done` are at their own."""
     rows, asked = np.arange(len(moving)), moving | done
@@ -125,7 +135,7 @@ def to_the_end(
             break
         still = ~np.take_along_axis(moving, place, axis=1)
         q = np.take_along_axis(ends.coordinates, place[..., None], axis=1)
-        part = descend(problem, q, get_precision("double"), iterations, TOLERANCE, still)
+        part = descend(problem, q, get_precision("double"), iterations, TOLERANCE, still, damping)
         w, k = np.broadcast_to(rows[:, None], place.shape)[~still], place[~still]
         coordinates, objective = ends.coordinates.copy(), ends.objective.copy()
         evaluations, converged = ends.evaluations.copy(), ends.converged.copy()
@@ -160,6 +170,7 @@ def descend(
     most_iterations: int,
     tolerance: float,
     left_out: npt.NDArray[np.bool_] | None = None,
+    damping: float = FIRST_DAMPING,
 ) -> Polished:
     """Descend from starts (W, K, P) in one precision; those `left_out` (W, K) are not touched.
 
@@ -192,7 +203,7 @@ def descend(
     sizes = np.uint32(len(problem.starts) - 1), np.uint32(n)
     kernel(
         *(queue, (groups, w), work_group(device, 2), *seen, starts_of_groups, *sizes),
-        *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
+        *(*data, np.uint32(most_iterations), dtype(tolerance), dtype(damping), q, *ends),
     )
     host_q = np.empty((w, groups, p, width), dtype=dtype)
     host_ends = [np.empty((w, groups * width), dtype=dtype) for _ in range(3)]

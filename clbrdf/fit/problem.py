@@ -20,7 +20,7 @@ from clbrdf.scan import Scan
 Array = npt.NDArray[np.float64]
 
 BLOCK = 1 << 14
-"""Directions that are put in order at once."""
+"""Directions up to which a matrix is put in order as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,12 +177,15 @@ def make_problem(
 def columns_of(
     matrices: Sequence[npt.NDArray[np.generic]], order: npt.NDArray[np.intp], places: npt.NDArray[np.intp]
 ) -> list[Any]:
-    """Return columns of matrices (N, W) as rows (B, N) of fp64, directions in an order, part by part."""
+    """Return columns of matrices (N, W) as rows (B, N) of fp64, directions in an order."""
+    out = [np.empty((len(places), len(order))) for _ in matrices]
+    if len(order) > BLOCK:  # column by column: the rows of a part are more than the cache holds
+        for values, matrix in zip(out, matrices, strict=True):
+            for row, place in zip(values, places, strict=True):
+                row[:] = np.take(matrix[:, place], order)
+        return out
     first, last = int(places[0]), int(places[-1]) + 1
     columns = slice(first, last) if last - first == len(places) else places
-    out = [np.empty((len(places), len(order))) for _ in matrices]
-    for begin in range(0, len(order), BLOCK):
-        part = slice(begin, begin + BLOCK)
-        for values, matrix in zip(out, matrices, strict=True):
-            values[:, part] = matrix[order[part]][:, columns].T
+    for values, matrix in zip(out, matrices, strict=True):
+        values[:] = matrix[order][:, columns].T
     return out
