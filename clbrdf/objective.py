@@ -65,7 +65,9 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
 def _inverse_squares(values: Array, where: npt.NDArray[np.bool_], out: Array) -> None:
     """Write 1 / values² into out where asked."""
     for part in _parts(out):
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # of values that are not asked for
+        with np.errstate(
+            over="ignore", divide="ignore", invalid="ignore"
+        ):  # of values that are not asked for
             squares = values[part] ** -2.0
         np.copyto(out[part], squares, where=where[part])
 

@@ -18,7 +18,7 @@ LAST_PASSES = 40
 
 
 def bytes_each(directions: int) -> int:
-    """Return the bytes of one wavelength in a block: the scaled values and their scale, and the device's copies."""
+    """Return the bytes of one wavelength in a block: scaled values, their scale, the device's copies."""
     return 32 * directions
 
 

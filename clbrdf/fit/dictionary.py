@@ -82,6 +82,8 @@ class DictionarySettings:
         lobe hardly stands out of the noise.
     polish : "none", "single" or "double"
         How far the ends are polished; the usual way is to the last digit in double precision.
+    everywhere : bool
+        Search on all directions, however many; time and memory then grow with their number.
     """
 
     shapes: int = 16
@@ -89,6 +91,7 @@ class DictionarySettings:
     grid: bool = False
     deepen: bool = True
     polish: str = "double"
+    everywhere: bool = False
 
     def __post_init__(self) -> None:
         check_polish(self.polish)
@@ -111,7 +114,8 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     """Look up starts for every wavelength of a problem whose model has a structure."""
     structure = problem.model.structure
     assert structure is not None  # get_method has seen to it
-    problem = thinned(problem, MOST_DIRECTIONS)
+    if not settings.everywhere:
+        problem = thinned(problem, MOST_DIRECTIONS)
     w = problem.size[0]
     limits = problem.model.value_bounds(problem.lower[0], problem.upper[0])
     places = problem.model.places

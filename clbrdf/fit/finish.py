@@ -1,7 +1,8 @@
 """Many directions: the ends of a polish on a sample of them, taken to the end on all.
 
-The sample tells which optima there are, and where about. Which is the lowest, and where exactly, all directions
-decide. So the cost of a search does not grow with their number; that of a fit grows by a few passes over them.
+The sample tells which optima there are, and where about. Which is the lowest, and where exactly, all
+directions decide. So the cost of a search does not grow with their number; that of a fit grows by a few
+passes over them.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.geometry import Directions, mirror_distance
 from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
+from clbrdf.geometry import Directions, mirror_distance
 from clbrdf.models import Model
 from clbrdf.observation import ForwardModel, Observation
 from clbrdf.opencl.precision import get_precision

@@ -50,6 +50,12 @@ CLEARLY_HIGHER = 1.1
 """Ends of the first way above this many times the lowest are given up."""
 
 
+NEAR, ALIKE = 1e-2, 1e-3
+"""Ends of the first way within these shares of each coordinate's range, and of E, have come together."""
+
+MOST_TWINNED = 4
+"""Different ends, the lowest first, whose twins are looked for."""
+
 DEPTHS = ("none", "single", "double")
 """How far a polish goes: not at all, to what single precision can tell, to the last digit."""
 
@@ -106,16 +112,48 @@ def polish(
     if depth == "single":
         return left_as_they_are(problem, q, rough.evaluations + 1)
     ends = Polished(q, energy, rough.evaluations, np.zeros_like(given_up))
+    twin_of = _twins(problem, q, energy, ~given_up)
+    alone = ~given_up & (twin_of == np.arange(starts.shape[1]))
     if not 0 < first < starts.shape[1]:
-        return to_the_end(problem, ends, ~given_up, np.zeros_like(given_up))
+        return _with_twins(to_the_end(problem, ends, alone, np.zeros_like(given_up)), twin_of)
     rank = np.argsort(np.argsort(energy, axis=1, kind="stable"), axis=1, kind="stable")
     early = ~given_up & (rank < first)
-    ends = to_the_end(problem, ends, early, np.zeros_like(given_up))
-    agreed = (_as_low(ends.objective, early) == early).all(axis=1, keepdims=True)
-    ends = to_the_end(problem, ends, ~given_up & ~early & ~agreed, early)
+    ends = to_the_end(problem, ends, early & alone, np.zeros_like(given_up))
+    low = _as_low(_with_twins(ends, twin_of).objective, early)
+    agreed = (low == early).all(axis=1, keepdims=True)
+    ends = _with_twins(to_the_end(problem, ends, alone & ~early & ~agreed, early & alone), twin_of)
     # E of single precision may round below that of double: it is no match for it.
     unasked = ~given_up & ~early & agreed
     return replace(ends, objective=np.where(unasked, np.inf, ends.objective))
+
+
+def _twins(problem: Problem, q: Array, energy: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return for each end (W, K) of the first way the place of the lowest end that it has come together with.
+
+    Its own where there is none: so near each other, with E so alike, ends go on to the same optimum.
+    """
+    free = np.array(problem.free, dtype=np.intp)
+    span = np.maximum(problem.upper - problem.lower, 1e-300)[:, None, free]
+    rows, left = np.arange(len(q)), np.where(asked, energy, np.inf)
+    twin_of = np.broadcast_to(np.arange(q.shape[1]), energy.shape).copy()
+    for _ in range(MOST_TWINNED):
+        best = left.argmin(axis=1)
+        near = (np.abs(q[..., free] - q[rows, best][:, None, free]) <= NEAR * span).all(axis=-1)
+        alike = left <= left[rows, best][:, None] * (1.0 + ALIKE)
+        same = near & alike & np.isfinite(left)
+        twin_of = np.where(same, best[:, None], twin_of)
+        left = np.where(same, np.inf, left)
+    return twin_of
+
+
+def _with_twins(ends: Polished, twin_of: npt.NDArray[np.intp]) -> Polished:
+    """Return ends of which each is that of its twin."""
+    return Polished(
+        coordinates=np.take_along_axis(ends.coordinates, twin_of[..., None], axis=1),
+        objective=np.take_along_axis(ends.objective, twin_of, axis=1),
+        evaluations=ends.evaluations,
+        converged=np.take_along_axis(ends.converged, twin_of, axis=1),
+    )
 
 
 def to_the_end(

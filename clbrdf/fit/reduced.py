@@ -83,8 +83,8 @@ class Sums:
 def product(left: Array, right: Array) -> Array:
     """Return left (W, N) times right (N, K), in tiles of one size, whatever W is.
 
-    Each row then is summed in the same order, and no tile is large enough for a library of linear algebra to spread it
-    over threads of its own, which would wait for each other beside ours.
+    Each row then is summed in the same order, and no tile is large enough for a library of linear algebra to
+    spread it over threads of its own, which would wait for each other beside ours.
     """
     (w, n), k = left.shape, right.shape[1]
     rows = 8 * max(1, TILE // (8 * LOBES * n))

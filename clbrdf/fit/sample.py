@@ -1,7 +1,7 @@
-"""Some directions that stand for many: chosen by geometry alone, so that neither values nor wavelengths matter.
+"""Some directions that stand for many, chosen by geometry alone: neither values nor wavelengths matter.
 
-Directions near the mirror direction, where lobes have their tops, count for more; each of the others stands for its
-neighbours with a larger weight, so that sums over directions keep their meaning.
+Directions near the mirror direction, where lobes have their tops, are taken more often; each of the others
+stands for its neighbours with a larger weight, so that sums over directions keep their meaning.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Sample:
 
 
 def sample_of(mirror: Array, most: int) -> Sample:
-    """Return at most so many directions, one drawn in each stratum of rank by distance from the mirror direction.
+    """Return at most so many directions, one drawn in each stratum of the distance from the mirror direction.
 
     Half of the strata are equally large, the other half grow with rank, so that a peak of any width has some
     directions within it.

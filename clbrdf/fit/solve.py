@@ -65,7 +65,7 @@ def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Re
     DeviceError
         The device cannot build or run the kernels.
     """
-    if problem.size[1] <= MANY:
+    if problem.size[1] <= MANY or getattr(settings, "everywhere", False):
         return _look(problem, method, settings, seed, report)[0]
     sample = problem.sample or sample_of(problem.mirror, SAMPLE)
     usable = np.count_nonzero(problem.scale > 0.0, axis=1)

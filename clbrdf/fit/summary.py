@@ -1,8 +1,9 @@
 """What a fit tells of itself at its parameters: sums over all directions, formed on the device.
 
-`kernels/summary.cl` forms them in double precision, directions side by side in the lanes and in parts of fixed
-length, so that neither the number of wavelengths nor of cores changes a digit. NumPy forms them where a derivative is no
-number there, as at a parameter of 0 on a log scale, and where the detector sees more than points.
+`kernels/summary.cl` forms them in double precision, directions side by side in the lanes and in parts of
+fixed length, so that neither the number of wavelengths nor of cores changes a digit. NumPy forms them where a
+derivative is no number there, as at a parameter of 0 on a log scale, and where the detector sees more than
+points.
 """
 
 from __future__ import annotations
@@ -163,7 +164,7 @@ def summarise(
     used = np.count_nonzero(problem.scale, axis=1)
     known = np.zeros(len(used), dtype=np.bool_)
     if noise is not None:
-        known = ~(np.isnan(noise) & (problem.scale > 0.0)).any(axis=1)
+        known = np.asarray(~(np.isnan(noise) & (problem.scale > 0.0)).any(axis=1))
     told = np.where(known[:, None], noise, 0.0) if noise is not None and known.any() else None
     if problem.seen.first is None:
         energy, peak, gram, spread, deviation = _on_device(problem, parameters, told, inverse)
@@ -190,7 +191,7 @@ def summarise(
 def _on_device(
     problem: Problem, parameters: Array, noise: Array | None, inverse: Array | None
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """E (W,), peak (W,), G and S (W, P, P), squares of the relative deviation (W, N)."""
+    """Return E (W,), peak (W,), G and S (W, P, P), squares of the relative deviation (W, N)."""
     import pyopencl as cl
 
     (w, n), p = problem.size, parameters.shape[1]
@@ -234,7 +235,7 @@ def _on_device(
 
 
 def _by_angle(values: npt.NDArray[Any], angle: npt.NDArray[np.intp]) -> Array:
-    """Sums (W, I) of (W, N) by the number of the incident angle (N,)."""
+    """Return sums (W, I) of (W, N) by the number of the incident angle (N,)."""
     begins = np.append(0, np.flatnonzero(np.diff(angle)) + 1)
     count = int(angle.max()) + 1
     if len(begins) > count:

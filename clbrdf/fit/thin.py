@@ -26,7 +26,9 @@ def thinned(problem: Problem, most: int) -> Problem:
     weight = np.ones(n)
     weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
-    return on_sample(replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept]))
+    return on_sample(
+        replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept])
+    )
 
 
 def on_sample(problem: Problem, sample: Sample) -> Problem:

@@ -92,7 +92,7 @@ def uncertainty(
 
     left = np.maximum(n - p, 1)
     variance = np.where(n > p, squares / left, np.inf)
-    known = np.isfinite(spread).all(axis=(1, 2))
+    known = np.asarray(np.isfinite(spread).all(axis=(1, 2)))
     with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
         given = inverse @ np.where(known[:, None, None], spread * scales, 0.0) @ inverse
         covariance = np.where(known[:, None, None], given, inverse * variance[:, None, None])
