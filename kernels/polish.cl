@@ -1,4 +1,5 @@
-// Bounded Levenberg-Marquardt with analytic derivatives, one start a lane, to a stationary point of (13).
+// Bounded Levenberg-Marquardt with analytic derivatives, one start a lane, to a stationary point of (13). Lanes are
+// starts of one wavelength, which share its data, or wavelengths with one start each.
 //
 // Each iteration makes one pass over the directions, seen as lib/seen_*.cl say, and forms E = rᵀr, h = Jᵀr and
 // H = JᵀJ of the trial.
@@ -29,6 +30,11 @@
 #define MOST_DAMPING 1e7f
 #endif
 
+#define DATUM(i, p) ((realv)((p)[i]))  //@starts
+#define TOGETHER 1                     //@starts
+#define DATUM(i, p) LOAD((i), (p))     //@wavelengths
+#define TOGETHER WIDTH                 //@wavelengths
+
 #define PACKED(i, j) ((i) * ((i) + 1) / 2 + (j))
 #define PAIRS (FREE * (FREE + 1) / 2)
 
@@ -52,9 +58,9 @@ inline realv normal_equations(const realv *q, const observation *seen, global co
         for (int k = 0; k < PRODUCTS; ++k) product[k] = (realv)0.0;
         for (int k = 0; k < SEEN_TANGENTS; ++k) with_residual[k] = (realv)0.0;
         for (uint n = starts[g]; n < starts[g + 1]; ++n) {
-            const realv s = (realv)scale[n];
+            const realv s = DATUM(n, scale);
             realv tangent[SEEN_TANGENTS];
-            const realv residual = s * seen_tangents(&m, seen, n, tangent) - (realv)target[n];
+            const realv residual = s * seen_tangents(&m, seen, n, tangent) - DATUM(n, target);
             E += residual * residual;
             for (int i = 0; i < SEEN_TANGENTS; ++i) {
                 tangent[i] *= s;
@@ -117,14 +123,14 @@ kernel void polish(OBSERVATION, global const uint *restrict starts, const uint i
                    global real *restrict iterations_all, global real *restrict done_all) {
     const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
     const size_t place = w * groups + g;
-    global const real *target = target_all + w * n_directions;
-    global const real *scale = scale_all + w * n_directions;
-    global const real *lower = lower_all + w * P, *upper = upper_all + w * P;
+    global const real *target = target_all + w * n_directions * TOGETHER;
+    global const real *scale = scale_all + w * n_directions * TOGETHER;
+    global const real *lower = lower_all + w * P * TOGETHER, *upper = upper_all + w * P * TOGETHER;
     const observation seen = OBSERVED;
     realv done = LOAD(place, done_all);
     if (!ANY(done == (realv)0.0)) return;
     realv q[P], h[FREE], H[PAIRS];
-    for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
+    for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), DATUM(j, lower), DATUM(j, upper));
     realv E = normal_equations(q, &seen, starts, incident_groups, target, scale, h, H);
     realv mu = (realv)damping, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
@@ -132,8 +138,8 @@ kernel void polish(OBSERVATION, global const uint *restrict starts, const uint i
         realv free[FREE], delta[FREE], trial[P], trial_h[FREE], trial_H[PAIRS];
         for (int i = 0; i < FREE; ++i) {
             const int j = free_place[i];
-            const integerv held = ((q[j] <= (realv)lower[j]) & (h[i] > (realv)0.0)) |
-                                  ((q[j] >= (realv)upper[j]) & (h[i] < (realv)0.0));
+            const integerv held = ((q[j] <= DATUM(j, lower)) & (h[i] > (realv)0.0)) |
+                                  ((q[j] >= DATUM(j, upper)) & (h[i] < (realv)0.0));
             free[i] = held ? (realv)0.0 : (realv)1.0;
         }
         const realv predicted = damped_step(h, H, free, mu, delta);
@@ -141,8 +147,8 @@ kernel void polish(OBSERVATION, global const uint *restrict starts, const uint i
         for (int i = 0; i < FREE; ++i) {
             const int j = free_place[i];
             // A coordinate without effect asks for endless steps: a quarter of its range is enough.
-            const realv longest = (realv)(0.25 * (upper[j] - lower[j]));
-            trial[j] = clamp(q[j] + clamp(delta[i], -longest, longest), (realv)lower[j], (realv)upper[j]);
+            const realv longest = (realv)0.25 * (DATUM(j, upper) - DATUM(j, lower));
+            trial[j] = clamp(q[j] + clamp(delta[i], -longest, longest), DATUM(j, lower), DATUM(j, upper));
         }
         const realv trial_E = normal_equations(trial, &seen, starts, incident_groups, target, scale, trial_h, trial_H);
         iterations += (realv)1.0 - done;

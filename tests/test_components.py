@@ -85,7 +85,7 @@ def make_components(n, w, seed):
     return tuple(
         Component(
             f"effect {k}",
-            rng.uniform(0.0, 0.1, (n, w)) if k % 2 else 0.02,
+            rng.uniform(-0.1, 0.1, (n, w)) if k % 2 else 0.02,
             bool(rng.integers(2)),
             over_directions[rng.integers(5)],
             angles[rng.integers(3)],
@@ -193,7 +193,7 @@ BAD = np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])
         (lambda: Correlation("bell", width=-1.0), "positive"),
         (lambda: Correlation("sinc"), "unknown"),
         (lambda: make_scan(components=(Component("lamp", np.ones((2, 3))),)), "'lamp' has values of shape"),
-        (lambda: make_scan(components=(Component("lamp", -0.1),)), "'lamp' has the uncertainty -0.1"),
+        (lambda: make_scan(components=(Component("lamp", np.inf),)), "'lamp' has the uncertainty inf"),
         (lambda: make_scan(components=(Component("a", 0.1), Component("a", 0.1))), "two components"),
         (
             lambda: make_scan(

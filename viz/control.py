@@ -16,7 +16,6 @@ from clbrdf.viz.panel import Panel
 from clbrdf.viz.picture import Picture
 from clbrdf.viz.radius import RADIUS_MODES
 from clbrdf.viz.style import COLOUR_MODES
-from clbrdf.viz.subject import Subject
 
 SNAP = 0.75
 """Degrees within which the incident angle jumps to one that was measured."""
@@ -113,13 +112,22 @@ class Control:
 
     def toggle_hold(self) -> None:
         """Hold the scale while sliders move, or let it follow the values again."""
-        self.picture.held = None if self.picture.held else self.picture.scale
-        self.picture.update()
+        if self.picture.held:
+            self.picture.release()
+        else:
+            self.picture.hold()
         self._changed()
 
     def first_view(self) -> None:
         """Go back to the first camera position."""
         self.picture.first_view()
+        self._changed()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Fit picture and cut to a window of another size, pixels."""
+        self.picture.resize(size)
+        if self.cut is not None:
+            self.cut.resize(self.picture.letter)
         self._changed()
 
     def say(self, text: str) -> None:
@@ -181,17 +189,11 @@ class Control:
         request = panel.requests[place]
         where = f"{request.name}: θr = {zenith:.2f}°, φ = {azimuth:.1f}°"
         if isinstance(panel.lobes[place], FittedLobe) and request.minus is None:
-            value = model_value(request.subject, request.column, request.theta_i, zenith, azimuth)
+            subject = request.subject
+            direction = subject.directions([request.theta_i], [min(zenith, 89.99)], [azimuth])
+            value = subject.model_values(request.column, direction)[0]
             return f"{where}: model {value:.4g} 1/sr"
         return f"{where}: between measured points"
-
-
-def model_value(subject: Subject, column: int, theta_i: float, theta_r: float, phi: float) -> float:
-    """Fitted BRDF in 1/sr of one direction, degrees."""
-    fit = subject.fit
-    assert fit is not None
-    direction = subject.directions([theta_i], [min(theta_r, 89.99)], [phi])
-    return float(np.ravel(fit.model.brdf(fit.vector[column][None, :], fit.model.features(direction)))[0])
 
 
 def mark_text(marks: Marks, place: int) -> str:

@@ -23,6 +23,8 @@ BAR_PLACE = np.array([-1.24, 0.0, 0.0])
 BAR_TICK = 0.03
 BEYOND = 1.13
 """Length of the lines of the incident and the mirror direction: past the longest lobe."""
+STEEP, SLANTING = 12.0, 54.0
+"""Incident zeniths, degrees, below and above which the words of the two directions stand elsewhere."""
 
 
 class Ground:
@@ -44,6 +46,7 @@ class Ground:
         self._mirror_label = letters.add("mirror", (0.0, 0.0, 0.0), BLACK)
         self._bar_labels: list[Any] = []
         self._drawn: tuple[object, ...] = ()
+        self.labelled = True
 
     def _add(self, data: Any, colour: str, width: float = 1.0, opacity: float = 1.0) -> Any:
         from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
@@ -87,10 +90,14 @@ class Ground:
             for t in (0, 30, 60)
             for azimuth in ((0.0, 180.0) if t else (0.0,))
         ]
-        for azimuth, text in ((0, "φ 0°"), (90, "φ 90°"), (180, "φ 180°"), (270, "φ 270°")):
+        self._angle_labels = [
             self.letters.add(text, (1.13 if azimuth else 1.11) * unit_vectors(90.0, azimuth), GREY, "below")
-        for t in (30.0, 60.0):
+            for azimuth, text in ((0, "φ 0°"), (90, "φ 90°"), (180, "φ 180°"), (270, "φ 270°"))
+        ]
+        self._angle_labels += [
             self.letters.add(f"{t:g}°", np.sin(np.deg2rad(t)) * unit_vectors(90.0, 75.0), GREY, "below")
+            for t in (30.0, 60.0)
+        ]
 
     def show(self, angles: tuple[float, ...], scale: RadiusScale, signed: bool = False) -> None:
         """Draw the incident and mirror directions of one θi (degrees) or several, and the bar of a scale."""
@@ -105,17 +112,37 @@ class Ground:
         self._incident.GetMapper().SetInputData(_lines(arrows))
         self._mirror.GetMapper().SetInputData(_lines(mirrors))
         source, mirror = unit_vectors(angles[0], [0.0, 180.0])
-        # Near normal incidence the two words would lie on each other.
-        apart = np.array([0.14 if angles[0] < 12.0 else 0.0, 0.0, 0.0])
-        # Near grazing they would lie on the labels of the azimuth.
-        above = np.array([0.0, 0.0, 0.1 if angles[0] > 74.0 else 0.0])
-        self.letters.move(self._incident_label, (BEYOND + 0.06) * source - apart + above)
-        self.letters.move(self._mirror_label, (BEYOND + 0.06) * mirror + apart + above)
+        self._place_words(angles[0], source, mirror)
         for t, label in self._zenith_labels:
-            label.SetVisibility(all(abs(t - theta_i) > 8.0 for theta_i in angles))
+            label.SetVisibility(self.labelled and all(abs(t - theta_i) > 12.0 for theta_i in angles))
         if not self._drawn or self._drawn[1:] != state[1:]:
             self._show_bar(scale, signed)
         self._drawn = state
+
+    def _place_words(self, theta_i: float, source: Array, mirror: Array) -> None:
+        """Put "incident" and "mirror" where they touch neither one another nor bar, arc and azimuths."""
+        outward, up = BEYOND + 0.06, np.array([0.0, 0.0, 1.0])
+        if theta_i < STEEP:  # side by side, on either side of the normal
+            anchors, apart = ("right", "left"), np.array([0.05, 0.0, 0.0])
+            places = outward * up - apart, outward * up + apart
+        elif theta_i < SLANTING:
+            anchors, places = ("centre", "centre"), (outward * source, outward * mirror)
+        else:  # inside: beyond the lines stand the bar and the azimuths
+            anchors = ("left", "centre")
+            places = 0.98 * source + [0.05, 0.0, 0.06], 1.13 * mirror + [0.06, 0.0, 0.07]
+        for label, anchor, place in zip(
+            (self._incident_label, self._mirror_label), anchors, places, strict=True
+        ):
+            self.letters.anchor(label, anchor)
+            self.letters.move(label, place)
+
+    def resize(self, letter: int, labelled: bool) -> None:
+        """Give labels another height, pixels; without room only those of the two directions are left."""
+        self.letters.resize(letter)
+        self.labelled = labelled
+        for label in self._angle_labels:
+            label.SetVisibility(labelled)
+        self._drawn = ()
 
     def _show_bar(self, scale: RadiusScale, signed: bool) -> None:
         ticks = scale.ticks()

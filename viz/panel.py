@@ -16,16 +16,21 @@ from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint, reference_values
 from clbrdf.viz.marks import Marks
 from clbrdf.viz.mesh import LobeMesh
-from clbrdf.viz.notes import peak_text, points_text
-from clbrdf.viz.radius import RadiusScale
+from clbrdf.viz.notes import compared_text, peak_text, points_text
+from clbrdf.viz.radius import DECADES, RadiusScale
 from clbrdf.viz.style import SERIES, Look, rgb
 from clbrdf.viz.subject import Subject, lobe_width
 
 Array = npt.NDArray[np.float64]
 
+Spanned = tuple[npt.NDArray[np.floating], npt.NDArray[np.floating], float]
+"""Values, cosines of their view zenith, and the decades that a logarithmic radius may span."""
+
 OUTLINE = "#3a3a3a"
-MANY_POINTS = 150
-"""From here on measured points are drawn smaller, so that the surface is seen."""
+POINT = 0.38
+"""Diameter of a measured point, in letters."""
+MEASURED_DECADES = 30.0
+"""Span of a logarithmic radius of measured values: all of them."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ class Panel:
     ----------
     renderer : vtkRenderer
     requests : sequence of LobeRequest
-        More than one are laid over each other, half transparent, each in its own colour.
+        More than one are laid over each other as nets, each in its own colour.
     look : Look
     limit : float
         View zenith where meshes end, degrees.
@@ -128,10 +133,10 @@ class Panel:
             lobe = make_lobe(request, own, device)
             self.lobes.append(lobe)
             self.actors.append(self._actor(lobe, k))
-            if look.points and request.minus is None and len(self.requests) == 1:
-                many = len(request.subject.rows(request.theta_i)) > MANY_POINTS
-                size = max(3.0, (0.24 if many else 0.38) * letters.size)
-                self.marks.append(Marks(renderer, request.subject, size))
+            if look.points and request.minus is None:
+                colour = self.colour_of(k) if len(self.requests) > 1 else ""
+                size = max(3.0, POINT * letters.size)
+                self.marks.append(Marks(renderer, request.subject, size, colour))
         self.there = [False] * len(self.lobes)
 
     def _actor(self, lobe: Lobe, place: int) -> Any:
@@ -151,9 +156,13 @@ class Panel:
             shape.SetAmbient(0.8)
             shape.SetDiffuse(0.25)
         if len(self.requests) > 1:
+            # Surfaces laid over each other would hide or tint one another: each is a net in its own colour.
+            mapper.SetInputData(lobe.net if lobe.net is not None else lobe.polydata)
             mapper.ScalarVisibilityOff()
             shape.SetColor(*rgb(self.colour_of(place)))
-            shape.SetOpacity(0.45)
+            shape.SetRepresentationToWireframe()
+            shape.SetLineWidth(1.0)
+            shape.LightingOff()
         self.renderer.AddActor(actor)
         if lobe.outline is not None:
             self.outlines.append(self._outline(lobe.outline, self.colour_of(place)))
@@ -170,7 +179,7 @@ class Panel:
         actor.SetMapper(mapper)
         shape = actor.GetProperty()
         shape.SetColor(*rgb(colour if len(self.requests) > 1 else OUTLINE))
-        shape.SetLineWidth(1.5)
+        shape.SetLineWidth(3.0 if len(self.requests) > 1 else 1.5)
         shape.LightingOff()
         actor.PickableOff()
         self.renderer.AddActor(actor)
@@ -193,17 +202,22 @@ class Panel:
         if theta_i is not None:
             self.requests = [replace(e, theta_i=theta_i) for e in self.requests]
 
-    def evaluate(self) -> list[tuple[npt.NDArray[np.floating], npt.NDArray[np.floating]]]:
-        """Find all values; return them with the cosines of their view zenith, for a common scale."""
+    def evaluate(self) -> list[Spanned]:
+        """Find all values; return those that data hold, for a common scale.
+
+        Each with the cosines of its view zenith and the decades that a logarithmic radius may span.
+        """
         found = []
         for k, (request, lobe) in enumerate(zip(self.requests, self.lobes, strict=True)):
             self.there[k] = lobe.evaluate(request.column, request.theta_i)
             if self.there[k]:
-                found.append((np.abs(lobe.values) if self.signed else lobe.values, lobe.cos_r))
+                values, cos_r = lobe.held_by_data()
+                span = DECADES if isinstance(lobe, FittedLobe) or self.signed else MEASURED_DECADES
+                found.append((np.abs(values) if self.signed else values, cos_r, span))
         for request, marks in zip(self.requests, self.marks, strict=False):
             marks.find(request.column, request.theta_i)
             if len(marks.rows):
-                found.append((marks.values, marks.cos_r))
+                found.append((marks.values, marks.cos_r, MEASURED_DECADES))
         return found
 
     def draw(self, scale: RadiusScale, paint: Paint | None) -> None:
@@ -217,6 +231,10 @@ class Panel:
             actor.SetVisibility(self.there[place])
         for marks in self.marks:
             marks.draw(scale)
+        self.show_ground(scale)
+
+    def show_ground(self, scale: RadiusScale) -> None:
+        """Draw incident and mirror directions and the bar of a scale."""
         angles = tuple(dict.fromkeys(e.theta_i for e in self.requests))
         self.ground.show(angles, scale, self.signed)
 
@@ -228,7 +246,10 @@ class Panel:
         kind = "band" if request.subject.scan.bands else "λ"
         turned = f",  φi = {request.subject.phi_i:g}°" if request.subject.anisotropic else ""
         who = f"{request.name}:  " if named and len(self.requests) == 1 else ""
-        lines = [f"{who}θi = {', '.join(angles)}{turned},  {kind} = {', '.join(columns)}"]
+        lines = [
+            f"{who}θi = {', '.join(angles)}{turned},  {kind} = {', '.join(columns)}"
+            + self._subtracted(request)
+        ]
         if len(self.requests) > 1:
             return lines[0]
         if self.there[0]:
@@ -236,10 +257,25 @@ class Panel:
             vectors = np.asarray(lobe.vectors).reshape(-1, 3)
             limit = self.limit if isinstance(lobe, FittedLobe) else None
             lines.append(peak_text(np.ravel(lobe.values), vectors, limit, self.signed))
+            if isinstance(lobe, MeasuredLobe) and lobe.other is not None:
+                lines.append(compared_text(lobe.compared, lobe.asked))
         else:
             lines.append("nothing fitted or measured here")
-        lines += [points_text(request.subject, request.theta_i, len(m.rows), m.masked) for m in self.marks]
+        lines += [
+            points_text(request.subject, request.theta_i, len(m.rows), m.masked, len(m.drawn))
+            for m in self.marks
+        ]
         return "\n".join(lines)
+
+    @staticmethod
+    def _subtracted(request: LobeRequest) -> str:
+        """Name the wavelength of what is subtracted where it is another one."""
+        here = request.subject.label(request.column)
+        if request.minus is None or request.minus is request.subject:
+            return ""
+        theirs = request.minus.column(float(request.subject.wavelength[request.column]))
+        label = request.minus.label(theirs)
+        return "" if label == here else f" minus {label}"
 
 
 def _anisotropic(request: LobeRequest) -> bool:

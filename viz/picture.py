@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,48 +11,30 @@ import numpy as np
 from clbrdf.colour import check_spectrum, colour_weights
 from clbrdf.errors import InputError
 from clbrdf.opencl.device import Device
-from clbrdf.viz.camera import HALF_HEIGHT, HALF_WIDTH, View
+from clbrdf.viz.camera import View
 from clbrdf.viz.colour import chromatic_rgb
-from clbrdf.viz.colour_bar import value_paint
+from clbrdf.viz.colour_bar import ValuePaint, value_paint
+from clbrdf.viz.layout import Layout, Place, arranged, bare, characters
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import clip_text, kind_of
-from clbrdf.viz.panel import LobeRequest, Panel
+from clbrdf.viz.panel import LobeRequest, Panel, Spanned
 from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
 from clbrdf.viz.style import COLOUR_MODES, Look
 from clbrdf.viz.subject import drawing_limit
-from clbrdf.viz.words import LEFT_EDGE, Corner, Words, words_height
-
-Place = tuple[float, float, float, float]
-"""Left, bottom, right, top, normalised."""
+from clbrdf.viz.words import Words, shortened
 
 MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
 """Sides of a picture, pixels."""
 STILL_SAMPLES, MOVING_SAMPLES = 4, 0
 """Samples a pixel, in files and while sliders move."""
-CAPTION_LINES = 4.2
-"""Height of a panel's caption, in letters."""
-NOTE_LENGTHS = (95, 108)
-NOTE_LENGTHS_MIXED = (135, 108)
-"""Letters of the longest usual lines of `Picture.notes`; with measured and modelled surfaces."""
-WHOLE = (0.0, 0.0, 1.0, 1.0)
 
 
-def panel_places(count: int, width: float, height: float) -> list[Place]:
-    """Return (left, bottom, right, top) in [0, 1] of `count` panels in an area, with the largest lobes."""
-
-    def lobe_size(columns: int) -> float:
-        rows = math.ceil(count / columns)
-        return min(width / columns / HALF_WIDTH, height / rows / HALF_HEIGHT)
-
-    columns = max(range(1, count + 1), key=lobe_size)
-    rows = math.ceil(count / columns)
-    return [
-        (c / columns, 1.0 - (r + 1) / rows, (c + 1) / columns, 1.0 - r / rows)
-        for r, c in (divmod(k, columns) for k in range(count))
-    ]
+USUAL_CAPTION = "θi, λ\npeak\npoints"
+OVERLAY_CAPTION = 0.42
+"""Share of the width for the caption where names of lobes stand beside it."""
 
 
 class Picture:
@@ -114,16 +95,14 @@ class Picture:
         self.look, self.size, self.overlay = look, size, overlay and len(requests) > 1
         self._check(requests, look)
         self.held: RadiusScale | None = None
+        self.held_paint = value_paint(1e-3, 1.0, False)
         self.scale = RadiusScale(look.radius, 1.0, 1e-3)
         self.paint = value_paint(1e-3, 1.0, False)
         self.limit = limit or drawing_limit([e.subject for e in requests], [e.theta_i for e in requests])
         groups = [list(requests)] if self.overlay else [[e] for e in requests]
-        self.letter = max(10, round(min(size[1], 0.8 * size[0]) / 50 * (1.0 if len(groups) < 5 else 0.8)))
-        mixed = len({e.subject.fit is None for e in requests}) > 1
-        height = words_height(size, self.letter, NOTE_LENGTHS_MIXED if mixed else NOTE_LENGTHS)
-        self.area = (*area[:3], min(area[3], 1.0 - height)) if words else WHOLE
-        left, bottom, right, top = self.area
-        places = panel_places(len(groups), (right - left) * size[0], (top - bottom) * size[1])
+        self._edges, self._inset_place, self._worded = area, inset, words
+        captions = [USUAL_CAPTION] * len(groups)
+        self.layout = arranged(size, captions, (), area) if words else bare(size, len(groups))
         self.plotter = pv.Plotter(
             shape=(1, len(groups) + (inset is not None)),
             off_screen=off_screen,
@@ -134,28 +113,46 @@ class Picture:
         self.background: Any = None
         self._lay_background()
         self.view = View()
-        self.panels: list[Panel] = []
-        self._sizes: list[tuple[int, int]] = []
-        self.corners: list[Corner] = []
         self.inset = self.plotter.renderers[len(groups)] if inset is not None else None
-        if self.inset is not None and inset is not None:
-            self.inset.viewport = inset
-        for renderer, group, place in zip(self.plotter.renderers, groups, places, strict=False):
-            x0, x1 = (left + x * (right - left) for x in place[::2])
-            y0, y1 = (bottom + y * (top - bottom) for y in place[1::2])
-            letter = round(self.letter * min(1.0, max(0.75, (x1 - x0) * size[0] / 700.0)))
-            caption_height = CAPTION_LINES * letter / size[1] if words else 0.0
-            renderer.viewport = (x0, y0, x1, y1 - caption_height)
-            small = round((x1 - x0) * size[0]), round((y1 - y0 - caption_height) * size[1])
-            letters = Lettering(renderer, letter)
+        self.panels: list[Panel] = []
+        for renderer, group, place in zip(self.plotter.renderers, groups, self.layout.panels, strict=False):
+            letters = Lettering(renderer, place.letter)
             self.panels.append(Panel(renderer, group, look, self.limit, letters, mesh, device))
-            self._sizes.append(small)
-            self.view.apply(renderer.camera, *small)
             renderer.camera_set = True
-            self.corners.append((x0 + LEFT_EDGE, y1, x1, letter))
-        window = self.plotter.render_window
-        self.words = Words(window, size, self.letter, self.corners) if words else None
+        self.words = Words(self.plotter.render_window, self.layout) if words else None
         self.update()
+        self._arrange()
+        self.first_view()
+
+    @property
+    def letter(self) -> int:
+        """Height of letters, pixels."""
+        return self.layout.letter
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Fit everything to a window of another size, pixels; drawing is left to the caller."""
+        self.size = size
+        self._arrange()
+        self.first_view()
+
+    def _arrange(self) -> None:
+        """Put panels, words and key where they have room for what they say."""
+        self.layout = self._new_layout()
+        for panel, place in zip(self.panels, self.layout.panels, strict=True):
+            panel.renderer.viewport = place.viewport
+            panel.ground.resize(place.letter, place.labelled)
+            panel.show_ground(self.scale)
+        if self.inset is not None and self._inset_place is not None:
+            left, bottom, right, top = self._inset_place
+            self.inset.viewport = (
+                left,
+                bottom,
+                min(right, self.layout.key_left - 0.006),
+                min(top, self.layout.area[3]),
+            )
+        if self.words is not None:
+            self.words.arrange(self.layout)
+            self._word(self.words)
 
     @staticmethod
     def _check(requests: Sequence[LobeRequest], look: Look) -> None:
@@ -186,25 +183,46 @@ class Picture:
         """Evaluate, scale, shape, paint and word everything anew; drawing is left to the caller."""
         values = [pair for panel in self.panels for pair in panel.evaluate()]
         if self.held is None:
-            scales = [make_scale(self.look.radius, f, c, self.look.floor) for f, c in values]
+            scales = [make_scale(self.look.radius, f, c, self.look.floor, d) for f, c, d in values]
             self.scale = joined(scales) if scales else RadiusScale(self.look.radius, 1.0, 1e-3)
+            self.paint = self._value_paint(values)
         else:
-            self.scale = self.held
-        signed = self.panels[0].signed
-        finite = [f[np.isfinite(f) & (f > 0.0)] for f, _ in values]
-        some = [f for f in finite if f.size]
-        low = min((float(f.min()) for f in some), default=1e-3)
-        high = max((float(f.max()) for f in some), default=1.0)
-        if self.held is not None:
-            low, high = self.held.floor, self.held.top
-        self.paint = value_paint(max(low, self.scale.floor), high, signed)
+            self.scale, self.paint = self.held, self.held_paint
         by_value = self.look.colour == "value"
         for panel in self.panels:
             panel.draw(self.scale, self.paint if by_value else None)
             if not by_value and not self.overlay:
                 self._paint_spectra(panel)
         if self.words is not None:
+            if self._needs_room():
+                self._arrange()
             self._word(self.words)
+
+    def _value_paint(self, values: Sequence[Spanned]) -> ValuePaint:
+        """Colours from the smallest to the largest value, down to the floor of a logarithmic radius."""
+        low, high = np.inf, 0.0
+        for f, _, decades in values:
+            good = f[np.isfinite(f) & (f > 0.0)]
+            if good.size:
+                low = min(low, max(float(good.min()), float(good.max()) * 10.0**-decades))
+                high = max(high, float(good.max()))
+        if self.look.radius == "log":
+            low = max(low, self.scale.floor)
+        return value_paint(low if high else 1e-3, high or 1.0, self.panels[0].signed)
+
+    def _needs_room(self) -> bool:
+        """Whether notes or captions have become longer than their place."""
+        new = self._new_layout()
+        return new.area[3] < self.layout.area[3] - 1e-9 or any(
+            a.caption_lines > b.caption_lines for a, b in zip(new.panels, self.layout.panels, strict=True)
+        )
+
+    def _new_layout(self) -> Layout:
+        if not self._worded:
+            return bare(self.size, len(self.panels))
+        captions = [panel.caption(self.named) for panel in self.panels]
+        share = OVERLAY_CAPTION if self.overlay else 1.0
+        return arranged(self.size, captions, self.notes(), self._edges, share)
 
     @staticmethod
     def _paint_spectra(panel: Panel) -> None:
@@ -217,8 +235,9 @@ class Picture:
         words.show(self.title, self.notes(), [panel.caption(self.named) for panel in self.panels])
         if self.overlay:
             requests = [e for p in self.panels for e in p.requests]
-            names = [(self.overlay_name(e), Panel.colour_of(k)) for k, e in enumerate(requests)]
-            words.key.show_names(names, top=self.area[3])
+            room = characters((0.95 - OVERLAY_CAPTION) * self.size[0], self.letter)
+            names = [(self.overlay_name(e, room), Panel.colour_of(k)) for k, e in enumerate(requests)]
+            words.key.show_names(names, top=self.layout.area[3])
         elif self.look.colour == "spectrum":
             words.key.show_names([], "colour: hue of the spectrum\nin daylight D65")
         else:
@@ -239,9 +258,12 @@ class Picture:
         """Title of the colour bar."""
         return "difference\n(1/sr)" if self.panels[0].signed else "BRDF (1/sr)\nlog colours"
 
-    def overlay_name(self, request: LobeRequest) -> str:
-        """Name of one of several lobes in one panel."""
-        return f"{request.name}, θi = {request.theta_i:g}°, {request.subject.label(request.column)}"
+    def overlay_name(self, request: LobeRequest, room: int = 80) -> str:
+        """Name of one of several lobes in one panel, in so many letters: what tells it from the others."""
+        tail = f"θi = {request.theta_i:g}°, {request.subject.label(request.column)}"
+        if not self.named:
+            return tail
+        return f"{shortened(request.name, max(4, room - len(tail) - 2))}, {tail}"
 
     def notes(self) -> list[str]:
         """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""
@@ -255,9 +277,10 @@ class Picture:
             radius = radius.replace("BRDF", "size of the difference")
         out = [f"surface: {'; '.join(kinds)}.  {radius}" + (" (scale held)" if self.held else "")]
         if any(isinstance(lobe, FittedLobe) for lobe in lobes):
+            reach = min(lobe.reach for lobe in lobes if isinstance(lobe, FittedLobe))
             wild = sum(int(np.count_nonzero(~np.isfinite(lobe.values))) for lobe in lobes)
-            out.append(clip_text(self.limit) + (f"; {wild} infinite values cut" if wild else ""))
-        if any(p.marks and p.marks[0].model is not None for p in self.panels):
+            out.append(clip_text(self.limit, reach) + (f"; {wild} infinite values cut" if wild else ""))
+        if not self.overlay and any(p.marks and p.marks[0].model is not None for p in self.panels):
             out[-1] += ".  Whiskers: measured above (orange), below (blue)"
         return out
 
@@ -277,7 +300,18 @@ class Picture:
         """
         look = replace(self.look, **changes)
         self._check([e for p in self.panels for e in p.requests], look)
+        if look.radius != self.look.radius or look.floor != self.look.floor:
+            self.held = None
         self.look = look
+        self.update()
+
+    def hold(self, scale: RadiusScale | None = None, paint: ValuePaint | None = None) -> None:
+        """Keep a scale and its colours, by default those shown, while wavelength and incident zenith move."""
+        self.held, self.held_paint = scale or self.scale, paint or self.paint
+        self.update()
+
+    def release(self) -> None:
+        """Let scale and colours follow the values again."""
         self.held = None
         self.update()
 
@@ -292,8 +326,8 @@ class Picture:
 
     def first_view(self) -> None:
         """Put all cameras back to where they began."""
-        for panel, size in zip(self.panels, self._sizes, strict=True):
-            self.view.apply(panel.renderer.camera, *size)
+        for panel, place in zip(self.panels, self.layout.panels, strict=True):
+            self.view.apply(panel.renderer.camera, *place.pixels)
 
     def close(self) -> None:
         """Free the window."""

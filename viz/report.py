@@ -17,7 +17,7 @@ from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file, whole_text
 from clbrdf.viz.choice_report import choice_sections
-from clbrdf.viz.curves import measured_and_model, spectral_map
+from clbrdf.viz.curves import measured_and_model, save_figure, spectral_map
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
 from clbrdf.viz.report_parts import STYLE, cell, figure, image, pairs, section, table
 from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
@@ -37,6 +37,7 @@ def write_report(
     device: Device | None = None,
     report: Report = silent,
     choice: Choice | None = None,
+    kind: str | None = None,
 ) -> tuple[list[Path], str]:
     """Write the page and its parts into a folder, which is made if it does not exist.
 
@@ -52,6 +53,8 @@ def write_report(
         Called with (steps done, steps in all).
     choice : Choice, optional
         That the fit came from: the page then begins with the ranking of the models.
+    kind : "svg", "pdf" or "png", optional
+        Also write each flat figure as a file of its own, of this kind.
 
     Returns
     -------
@@ -68,13 +71,17 @@ def write_report(
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{target}: cannot be made ({error.strerror}); name another with -o") from error
-    for name in FILES:
-        check_output(target / name, overwrite)
     figures = _figures(fit)
+    files = [*FILES, *(f"{name}.{kind}" for name, *_ in figures if kind)]
+    for name in files:
+        check_output(target / name, overwrite)
     steps = len(figures) + 2
     sections = [] if choice is None else choice_sections(choice)
-    for k, (title, caption, draw, kind) in enumerate(figures):
-        sections.append(section(title, figure(draw, kind, caption)))
+    written = []
+    for k, (name, title, caption, draw, inside) in enumerate(figures):
+        sections.append(section(title, figure(draw, inside, caption)))
+        if kind:
+            written += _own_file(draw, target / f"{name}.{kind}", overwrite)
         report(k + 1, steps)
     pictures, missing = _lobes(fit, device)
     report(len(figures) + 1, steps)
@@ -86,7 +93,6 @@ def write_report(
     names, rows = fit_table(fit)
     sections.append(section("Table of the fit", f'<div class="long">{table(names, rows)}</div>'))
     sections.append(section("Provenance", pairs(provenance_rows(fit))))
-    written = []
     for (data, _), name in zip(pictures, FILES[2:], strict=False):
         with whole_file(target / name, overwrite) as part:
             part.write_bytes(data)
@@ -99,25 +105,38 @@ def write_report(
     return [target / "report.html", target / "parameters.csv", *written], missing
 
 
-Figures = list[tuple[str, str, Callable[[], "Figure"], str]]
+Figures = list[tuple[str, str, str, Callable[[], "Figure"], str]]
+
+
+def _own_file(draw: Callable[[], Figure], path: Path, overwrite: bool) -> list[Path]:
+    """Write a figure to a file, where it can be drawn."""
+    try:
+        drawn = draw()
+    except InputError:
+        return []  # the report says why
+    save_figure(drawn, path, overwrite)
+    return [path]
 
 
 def _figures(fit: Fit) -> Figures:
-    """Title, caption, how it is drawn, and the kind of file of every flat figure."""
+    """Name, title, caption, how it is drawn, and the kind inside the report, of every flat figure."""
     return [
         (
+            "curves",
             "Measured and model",
             "Points: measured; lines: model; below: deviation (Figs. 9–11).",
             lambda: measured_and_model(fit),
             "svg",
         ),
         (
+            "spectrum",
             "BRDF over wavelength and view angle",
             "Measured above, model below (Fig. 5).",
             lambda: spectral_map(fit),
             "png",
         ),
         (
+            "parameters",
             "Parameters over wavelength",
             "Bands: 1σ. Open marks: uncertainty unknown, at a bound or not determined by the data. Crosses:"
             " not converged.",
@@ -125,6 +144,7 @@ def _figures(fit: Fit) -> Figures:
             "svg",
         ),
         (
+            "quality",
             "Quality of the fit",
             "E of (13) with the weights used; σr of (14) for each incident zenith (Table 2).",
             lambda: quality_spectra(fit),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +14,7 @@ from clbrdf.errors import InputError
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file
 from clbrdf.viz.picture import Picture
+from clbrdf.viz.radius import joined
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]
@@ -39,7 +41,24 @@ def pixels(picture: Picture, transparent: bool = False) -> Pixels:
     image = grab.GetOutput()
     width, height, _ = image.GetDimensions()
     flat = vtk_to_numpy(image.GetPointData().GetScalars())
-    return np.asarray(flat.reshape(height, width, -1)[::-1], dtype=np.uint8)
+    drawn = np.asarray(flat.reshape(height, width, -1)[::-1], dtype=np.uint8)
+    return with_halo(drawn, max(2, picture.letter // 6)) if transparent else drawn
+
+
+def with_halo(drawn: Pixels, width: int) -> Pixels:
+    """Lay a picture (rows × columns × 4) over a white rim of its own shape: words stay legible on black.
+
+    `width` is that of the rim, pixels.
+    """
+    from PIL import Image, ImageFilter
+
+    shape = Image.fromarray(np.ascontiguousarray(drawn[..., 3]))
+    rim = shape.filter(ImageFilter.MaxFilter(2 * width + 1)).filter(ImageFilter.GaussianBlur(width / 3.0))
+    under = np.full(drawn.shape, 255, dtype=np.uint8)
+    under[..., 3] = np.asarray(rim)
+    whole = Image.fromarray(under)
+    whole.alpha_composite(Image.fromarray(np.ascontiguousarray(drawn)))
+    return np.asarray(whole)
 
 
 def save_png(picture: Picture, path: str | Path, transparent: bool = False, overwrite: bool = False) -> None:
@@ -87,13 +106,13 @@ def sweep_stops(picture: Picture, sweep: Sweep, frames: int | None = None) -> li
 
 def hold_over(picture: Picture, sweep: Sweep, stops: Sequence[float]) -> None:
     """Hold one scale that fits every frame of a sweep, so that frames compare."""
-    scales = []
+    scales, paints = [], []
     for stop in stops:
         go(picture, sweep, stop)
         scales.append(picture.scale)
-    from clbrdf.viz.radius import joined
-
-    picture.held = joined(scales)
+        paints.append(picture.paint)
+    low, high = min(p.low for p in paints), max(p.high for p in paints)
+    picture.hold(joined(scales), replace(paints[0], low=low, high=high))
 
 
 def go(picture: Picture, sweep: Sweep, stop: float) -> None:

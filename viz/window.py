@@ -81,6 +81,8 @@ class Window:
         # The style takes the focus when a button goes down, and nobody else hears of its release; it says so
         # itself, of a click as of a drag.
         self.interactor.GetInteractorStyle().AddObserver("EndInteractionEvent", self._release)
+        # Letters have a height in pixels: a window that becomes smaller has to be laid out anew.
+        picture.plotter.render_window.AddObserver("WindowResizeEvent", self._resized)
         control.say(KEYS)
         self._say_values()
         # A click before the first picture would find sliders without a shape, and VTK would end.
@@ -145,6 +147,12 @@ class Window:
         ):
             if slider is not None:
                 slider.GetRepresentation().SetTitleText(text)
+
+    def _resized(self, window: Any, event: str) -> None:
+        del event
+        size = tuple(window.GetSize())
+        if min(size) > 0 and size != self.control.picture.size:
+            self.control.resize((size[0], size[1]))
 
     def _press(self, interactor: Any, event: str) -> None:
         del event

@@ -8,21 +8,24 @@ passes over them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.polish import (
     AS_LOW,
+    CLEARLY_HIGHER,
     EXACT,
+    FIRST_DAMPING,
+    MOST_ITERATIONS,
     NEAR_DAMPING,
     ROUGH_ITERATIONS,
     ROUGH_TOLERANCE,
+    TOLERANCE,
     Polished,
     descend,
     left_as_they_are,
-    to_the_end,
 )
 from clbrdf.fit.problem import Problem
 from clbrdf.opencl.precision import get_precision
@@ -31,6 +34,9 @@ Array = npt.NDArray[np.float64]
 
 MOST_ENDS = 4
 """Different ends that go on to all directions: one vector of lanes on most devices."""
+
+FEW = 8
+"""Iterations after which an end that is still clearly higher than the first is given up."""
 
 WORTH = 2.0
 """Ends above so many times the lowest E of the sample are given up."""
@@ -89,15 +95,33 @@ def finish(problem: Problem, ends: Ends, depth: str) -> Polished:
     moving = ends.objective <= np.maximum(WORTH * ends.objective[:, :1], EXACT)
     moving[:, 0] = True
     most = int(moving.sum(axis=1).max())
-    q, moving = ends.coordinates[:, :most], moving[:, :most]
-    spent = moving.astype(np.int64)
+    q, moving = ends.coordinates[:, :most].copy(), moving[:, :most]
+    done = Polished(q, np.full(moving.shape, np.inf), moving.astype(np.int64), np.zeros_like(moving))
+    if depth == "double":
+        for k in range(most):
+            _to_the_end(problem, done, k, np.flatnonzero(moving[:, k]))
+        return done
     if depth == "single":
         rough = descend(problem, q, get_precision("fast:6"), ROUGH_ITERATIONS, ROUGH_TOLERANCE, ~moving)
         q = np.where((moving & np.isfinite(rough.objective))[..., None], rough.coordinates, q)
-        spent = spent + np.where(moving, rough.evaluations, 0)
-    if depth != "double":
-        done = left_as_they_are(problem, q, spent)
-        return Polished(q, np.where(moving, done.objective, np.inf), spent, done.converged)
-    energy = np.where(moving, ends.objective[:, :most], np.inf)
-    start = Polished(q, energy, np.zeros_like(spent), np.zeros_like(moving))
-    return to_the_end(problem, start, moving, np.zeros_like(moving), NEAR_DAMPING)
+        done.evaluations[moving] += rough.evaluations[moving]
+    energy = left_as_they_are(problem, q, done.evaluations).objective
+    return replace(done, coordinates=q, objective=np.where(moving, energy, np.inf))
+
+
+def _to_the_end(problem: Problem, done: Polished, k: int, rows: npt.NDArray[np.intp]) -> None:
+    """Polish end k of some wavelengths, which lie side by side in the lanes; write it into `done`."""
+    damping = NEAR_DAMPING
+    for iterations in (FEW, MOST_ITERATIONS) if k else (MOST_ITERATIONS,):
+        if len(rows) == 0:
+            return
+        part = problem if len(rows) == problem.size[0] else problem.take(rows)
+        start = done.coordinates[rows, k : k + 1]
+        at = descend(
+            part, start, get_precision("double"), iterations, TOLERANCE, damping=damping, across=True
+        )
+        done.coordinates[rows, k], done.objective[rows, k] = at.coordinates[:, 0], at.objective[:, 0]
+        done.evaluations[rows, k] += at.evaluations[:, 0]
+        done.converged[rows, k] = at.converged[:, 0]
+        low = done.objective[rows, k] <= CLEARLY_HIGHER * done.objective[rows, 0]
+        rows, damping = rows[low & ~done.converged[rows, k]], FIRST_DAMPING

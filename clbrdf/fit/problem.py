@@ -53,6 +53,8 @@ class Problem:
         numbers whatever else is in the scan.
     device : Device
         Runs the kernels.
+    order : (N,) int
+        Place of each direction in the scan.
     sample : Sample or None
         Directions on which many are searched, where they are chosen already.
     """
@@ -69,6 +71,7 @@ class Problem:
     mirror: Array
     keys: npt.NDArray[np.uint32]
     device: Device
+    order: npt.NDArray[np.intp]
     sample: Sample | None = None
 
     @property
@@ -170,6 +173,7 @@ def make_problem(
         mirror=at.mirror,
         keys=scan.column_keys[wanted],
         device=device,
+        order=at.order,
         sample=at.sample,
     )
 

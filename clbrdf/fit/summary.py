@@ -104,15 +104,15 @@ def summarise_scan(
     """
     _, angle = np.unique(scan.theta_i, return_inverse=True)
     angle = angle[layout.order]
-    apart = _counts_apart(scan, weights)
+    apart, random = _counts_apart(scan, weights), scan.random_sigma
     out = empty_summary(len(places), parameters.shape[1], int(angle.max()) + 1)
     size = max(1, BLOCK_BYTES // (2 * bytes_each(len(scan))))
     for first in range(0, len(places), size):
         rows = np.arange(first, min(first + size, len(places)))
         problem = problem_of(places[rows])
         noise, inverse = None, None
-        if scan.sigma is not None:
-            (noise,) = columns_of((scan.sigma,), layout.order, places[rows])
+        if random is not None:
+            (noise,) = columns_of((random,), layout.order, places[rows])
             noise *= problem.scale
             noise[problem.scale == 0.0] = 0.0
         if apart:

@@ -40,6 +40,7 @@ def on_sample(problem: Problem, sample: Sample) -> Problem:
         features=problem.features[kept],
         seen=problem.seen.take(kept),
         mirror=problem.mirror[kept],
+        order=problem.order[kept],
         target=problem.target[:, kept] * root,
         scale=problem.scale[:, kept] * root,
         starts=np.append(0, np.cumsum(np.unique(group, return_counts=True)[1])).astype(np.uint32),

@@ -12,7 +12,7 @@ NaN and leave the system. Source: Bevington and Robinson, Data Reduction and Err
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,8 @@ class Uncertainty:
         Parameters off their bounds that the data cannot tell.
     determined : (W,) bool
         No such parameter, and no fewer values than parameters.
+    covariance : (W, P, P) float64
+        0 for parameters at a bound; of those that the data cannot tell, what the others leave of it.
     """
 
     sigma: Array
@@ -53,6 +55,7 @@ class Uncertainty:
     condition: Array
     undetermined: npt.NDArray[np.bool_]
     determined: npt.NDArray[np.bool_]
+    covariance: Array
 
 
 def uncertainty(
@@ -105,4 +108,18 @@ def uncertainty(
     lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
     condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
     condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
-    return Uncertainty(sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p))
+    with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters, where nothing tells the scatter
+        covariance = covariance * scales
+    determined = ~undetermined.any(axis=1) & (n >= p)
+    return Uncertainty(sigma_p, correlation, condition, undetermined, determined, covariance)
+
+
+def with_covariance(found: Uncertainty, covariance: Array, held: npt.NDArray[np.bool_]) -> Uncertainty:
+    """Return uncertainties with another covariance (W, P, P); `held` (W, P) are at a bound or given."""
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    sigma = np.where(found.undetermined, np.inf, np.where(held, np.nan, deviation))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    told = ~held & ~found.undetermined
+    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
+    return replace(found, sigma=sigma, correlation=correlation, covariance=covariance)

@@ -43,8 +43,9 @@ class Component:
     name : str
         What it comes from, such as "reference panel"; each name once in a scan.
     values : (N, W) float64
-        Standard uncertainty, not negative: a fraction of the BRDF where `relative`, else 1/sr. A number, or
-        a shape that broadcasts, stands for all.
+        Standard uncertainty: a fraction of the BRDF where `relative`, else 1/sr. A number, or a shape that
+        broadcasts, stands for all. The sign counts where errors have something in common: a stage that stops
+        a little off raises one flank of a lobe and lowers the other.
     relative : bool
     direction, incident_angle, wavelength : Correlation
         How the errors belong together along each dimension. Incident angles usually say nothing of their
@@ -83,7 +84,7 @@ class Component:
         Raises
         ------
         InputError
-            Naming the component: values or correlations of another shape, negative or not finite values.
+            Naming the component: values or correlations of another shape, values that are not finite.
         """
         given = np.asarray(self.values, dtype=np.float64)
         own = given.flags.writeable
@@ -95,12 +96,12 @@ class Component:
                 f" {shape[1]} wavelengths need {shape}, or one number"
             ) from None
         # One number for all is looked at once.
-        bad = ~np.isfinite(given) | (given < 0.0)
+        bad = ~np.isfinite(given)
         if bad.any():
             place = tuple(int(k[0]) for k in np.nonzero(np.broadcast_to(bad, shape)))
             raise InputError(
                 f"component {self.name!r} has the uncertainty {values[place]:g} at {list(place)}; give a"
-                " positive number, or 0 where it does not act"
+                " number, 0 where it does not act"
             )
         for name, length in (("direction", shape[0]), ("wavelength", shape[1])):
             found = getattr(self, name).length
@@ -112,7 +113,7 @@ class Component:
         return replace(self, values=values)
 
     def absolute(self, brdf: Array) -> Array:
-        """Return the standard uncertainty, 1/sr, of values `brdf` (N, W)."""
+        """Return the standard uncertainty (N, W), 1/sr, with its sign, of values `brdf` (N, W)."""
         values = np.asarray(self.values)
         return np.asarray(values * np.abs(brdf)) if self.relative else values
 

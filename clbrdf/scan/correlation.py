@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
-Places = npt.NDArray[np.intp] | slice | npt.NDArray[np.bool_]
+Places = Sequence[int] | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
 
 FORMS = ("random", "systematic", "bell", "groups", "matrix")
 """What a correlation may be:
@@ -109,7 +110,7 @@ class Correlation:
         if self.form == "systematic":
             return np.ones((n, n))
         if self.groups is not None:
-            return (self.groups[:, None] == self.groups[None, :]).astype(np.float64)
+            return np.asarray(self.groups[:, None] == self.groups[None, :], dtype=np.float64)
         if self.matrix is not None:
             return self.matrix
         return bell(coordinates, self.width)
@@ -162,9 +163,9 @@ def check_matrix(matrix: Array) -> None:
             f" {matrix[j, i]:g} at [{j}, {i}]; give both the same"
         )
     if (np.abs(np.diagonal(matrix) - 1.0) > ROUNDING).any():
-        place = int(np.argmax(np.abs(np.diagonal(matrix) - 1.0) > ROUNDING))
+        k = int(np.argmax(np.abs(np.diagonal(matrix) - 1.0) > ROUNDING))
         raise InputError(
-            f"the correlation matrix is {matrix[place, place]:g} at [{place}, {place}]; every place"
+            f"the correlation matrix is {matrix[k, k]:g} at [{k}, {k}]; every place"
             " correlates with itself by 1"
         )
     try:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
+from clbrdf.records import Record, frozen_map
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, root_sum
 from clbrdf.scan.component_storage import write_components
@@ -34,7 +34,7 @@ POLARISATION = ("unknown", "unpolarised", "s", "p")
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class Scan(Record):
     """BRDF of one sample in N directions at W wavelengths; immutable.
 
     Values that cannot be used are flagged when the record is made: NaN, infinite, and values at or below
@@ -129,7 +129,7 @@ class Scan:
         object.__setattr__(self, "flag_names", check_flag_names(self.flag_names))
         given = np.zeros(shape, np.uint32) if self.flags is None else self.flags
         self._set("flags", flag_unusable(self.brdf, matrix("flags", given, shape, np.uint32), self.sigma))
-        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+        object.__setattr__(self, "provenance", frozen_map(self.provenance))
         for name in POLARISATIONS:
             if getattr(self, name) not in POLARISATION:
                 raise InputError(f"{name} is {getattr(self, name)!r}; give one of {', '.join(POLARISATION)}")
@@ -261,7 +261,7 @@ class Scan:
             sigma=None if self.sigma is None else self.sigma[index],
             flags=self.flags[index],
             solid_angle=None if self.solid_angle is None else self.solid_angle[index],
-            components=tuple(one.rows(index) for one in self.components),
+            components=tuple(one.rows(np.arange(len(self))[index]) for one in self.components),
         )
 
     def reflection(self) -> Scan:

@@ -57,7 +57,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(foil, monkeypatch):
     monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "BLOCK_BYTES", 1)
     monkeypatch.setattr(sys.modules["clbrdf.fit.summary"], "BLOCK_BYTES", 1)
     blocks, alone = clbrdf.fit(foil), clbrdf.fit(foil.columns([1]))
-    for name in ("vector", "objective", "relative_rms", "condition"):
+    for name in ("vector", "objective", "relative_rms"):
         assert (getattr(whole, name) == getattr(blocks, name)).all(), name
         assert (getattr(whole, name)[1] == getattr(alone, name)[0]).all(), name
 

@@ -101,3 +101,21 @@ def test_kernels_and_numpy_agree(kind, device):
         np.testing.assert_allclose(
             gradient, gradient_host, rtol=1e-9, atol=1e-11 * np.abs(gradient_host).max()
         )
+
+
+@pytest.mark.parametrize("kind", [NODES, BEAMS])
+def test_lanes_of_wavelengths_end_where_lanes_of_starts_do(kind, device):
+    """One start takes vectors of wavelengths, several take vectors of starts: the same arithmetic."""
+    model = get_model("ggx+lambert")
+    problem = problem_of(model, kind, device)
+    starts = np.clip(model.to_coordinates(model.defaults) + 0.01, problem.lower, problem.upper)[:, None]
+    across = descend(problem, starts, DOUBLE, MOST_ITERATIONS, TOLERANCE)
+    along = descend(problem, np.repeat(starts, 2, axis=1), DOUBLE, MOST_ITERATIONS, TOLERANCE)
+    assert across.converged.all()
+    # Both stop where a step would lower E by less than 1e-14.
+    np.testing.assert_allclose(across.objective[:, 0], along.objective[:, 1], rtol=1e-12)
+    np.testing.assert_allclose(across.coordinates[:, 0], along.coordinates[:, 1], rtol=1e-6)
+    half = np.array([[True], [False]])
+    ends = descend(problem, starts, DOUBLE, MOST_ITERATIONS, TOLERANCE, half)
+    np.testing.assert_array_equal(ends.coordinates[0], starts[0])
+    np.testing.assert_array_equal(ends.coordinates[1], across.coordinates[1])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from clbrdf import Fit, Scan
+from clbrdf.fit.records import Estimate, Goodness, Search, Setup
 from clbrdf.models import get_model
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
 from clbrdf.viz.subject import Subject
@@ -28,30 +29,35 @@ def gl() -> None:
 def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged") -> Fit:
     """Return a fit with given parameters, each a number or (W,)."""
     model, w = get_model(), len(scan.wavelength)
-    values = {n: np.array(np.broadcast_to(np.asarray(parameters[n], float), w)) for n in model.names}
+    vector = np.stack([np.broadcast_to(np.asarray(parameters[n], float), w) for n in model.names], axis=1)
+    none = np.zeros(vector.shape, dtype=np.bool_)
     ones = np.ones(w)
     return Fit(
         scan=scan,
         model=model,
-        parameters=values,
-        sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
-        objective=0.004 * ones,
-        relative_rms=0.06 * ones,
-        relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+        setup=Setup(np.ones(scan.brdf.shape), "none", model.bounds(), method="by hand"),
+        estimate=Estimate(
+            vector=vector,
+            sigma=0.01 * np.abs(vector),
+            correlation=np.full((w, len(model.names), len(model.names)), np.nan),
+            condition=10.0 * ones,
+            at_bound=none,
+            undetermined=none,
+        ),
+        goodness=Goodness(
+            objective=0.004 * ones,
+            relative_rms=0.06 * ones,
+            relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+        ),
+        search=Search(
+            device="none",
+            evaluations=np.ones(w, np.int64),
+            starts=np.full(w, 8),
+            agreeing=np.full(w, 8),
+            acceptance=0.4 * ones,
+            not_finite=np.zeros(w, np.int64),
+        ),
         status=np.array([status] * w),
-        correlation=np.full((w, len(model.names), len(model.names)), np.nan),
-        condition=10.0 * ones,
-        remarks=("",) * w,
-        evaluations=np.ones(w, np.int64),
-        starts=np.full(w, 8),
-        agreeing=np.full(w, 8),
-        acceptance=0.4 * ones,
-        not_finite=np.zeros(w, np.int64),
-        weights=np.ones(scan.brdf.shape),
-        bounds=model.bounds(),
-        method="by hand",
-        device="none",
-        seed=0,
         provenance={"weights": "none"},
     )
 

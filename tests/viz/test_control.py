@@ -11,6 +11,7 @@ from clbrdf.viz.cut import cut_angles
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.stills import pixels
 from clbrdf.viz.style import Look
+from clbrdf.viz.subject import Subject
 from clbrdf.viz.window import KEYS, Window, controlled_picture
 from tests.viz.conftest import FOIL
 
@@ -52,6 +53,20 @@ def test_the_cut_follows(control):
     assert len(control.cut.series) == 1  # a curve, and nothing measured here
     control.next_radius()
     assert not control.cut.log
+
+
+def test_the_cut_without_a_decade_in_it_is_labelled_in_values(hemisphere):
+    """0.2 to 0.7 on a logarithmic axis: labels are BRDF, not its logarithm."""
+    subject = Subject("plaster", hemisphere)
+    made = controlled_picture(
+        [LobeRequest(subject, 650.0, 40.0)], Look(radius="log"), (800, 600), off_screen=True
+    )
+    axis = made.cut.chart.y_axis
+    assert len(axis.tick_labels) >= 3
+    for place, label in zip(axis.tick_locations, axis.tick_labels, strict=True):
+        assert 10.0**place == pytest.approx(float(label), rel=1e-3)
+        assert 0.1 < float(label) < 1.2
+    made.picture.close()
 
 
 def test_cut_angles_are_close_together_at_the_peak():

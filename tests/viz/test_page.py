@@ -16,6 +16,7 @@ from clbrdf.objective import objective, weight_matrix
 from clbrdf.viz.page import PageSubject, open_for_page, page_text, save_page
 from clbrdf.viz.page.record import subject_record
 from clbrdf.viz.page.thin import DIRECTION_BYTES, DOUBLE_BYTES, LARGEST, SINGLE_BYTES, thinning
+from tests.planted import with_part
 from tests.viz.browsing import comes_true
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
@@ -83,7 +84,7 @@ def test_the_uncertainty_follows_from_the_parameters(show, foil_page):
     size = len(fit.model.names)
     correlation = np.full((3, size, size), 0.3)
     correlation[:, range(size), range(size)] = 1.0
-    browser = show(PageSubject("foil", fit.scan, replace(fit, correlation=correlation)))
+    browser = show(PageSubject("foil", fit.scan, with_part(fit, "estimate", correlation=correlation)))
     d = fit.model.jacobian(fit.vector[1][None], fit.model.features(Directions.relative(45.0, 60.0, 170.0)))[0]
     spread = d * np.array([fit.sigma[n][1] for n in fit.model.names])
     expected = np.sqrt(spread @ correlation[1] @ spread)
@@ -99,7 +100,7 @@ def test_the_objective_is_that_of_the_fit(show, foil_page, weights):
     scan = all_masked_part(scan)
     fit = fit_of(scan, FOIL)
     g = weight_matrix(scan, rng.uniform(0.5, 2.0, len(scan)) if weights == "given" else weights)
-    fit = replace(fit, weights=g, provenance={"weights": weights})
+    fit = with_part(fit, "setup", weights=g, weighting=weights)
     browser = show(PageSubject("foil", scan, fit))
     expected = objective(fit.evaluate(), scan, g)
     for column in range(3):

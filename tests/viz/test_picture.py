@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from clbrdf import InputError, Scan
+from clbrdf import Directions, InputError, Scan
+from clbrdf.models import get_model
 from clbrdf.viz.camera import project
+from clbrdf.viz.layout import panel_places
+from clbrdf.viz.lobes import CUT_OFF
 from clbrdf.viz.panel import LobeRequest
-from clbrdf.viz.picture import Picture, panel_places
+from clbrdf.viz.picture import Picture
 from clbrdf.viz.stills import pixels
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import Look, rgb
 from clbrdf.viz.subject import Subject
-from tests.viz.conftest import all_masked, fit_of
+from tests.viz.conftest import FOIL, all_masked, fit_of
 
 pytestmark = pytest.mark.usefixtures("gl")
 
@@ -100,7 +104,7 @@ def test_the_hand_projection_and_the_one_for_clicks_agree(picture, foil):
 
 def test_panels_share_one_scale(picture, foil):
     one = picture([LobeRequest(foil, 550.0, a) for a in (30.0, 60.0)], size=(900, 600))
-    peak = {30.0: 350.8, 60.0: 1996.7}  # PAPER.md, from Table 1
+    peak = {30.0: 350.8, 60.0: 1996.7}  # (9) to (12) at the mirror direction, with Table 1
     assert one.scale.top == pytest.approx(peak[60.0], rel=2e-3)
     tip, full = tip_of(one, 30.0, 0)
     foot = hand_projection(np.zeros(3), one)[0]
@@ -217,8 +221,98 @@ def test_infinite_values_at_grazing_are_cut_and_named(picture, small_scan):
     assert "infinite values cut" in "\n".join(one.notes())
     points = np.asarray(one.panels[0].lobes[0].polydata.points)
     assert np.isfinite(points).all()
-    assert np.linalg.norm(points, axis=1).max() <= 1.0 + 1e-6
-    assert "grows without bound" in "\n".join(one.notes())
+    # Beyond 75°, where nothing is measured, the model may be longer than the scale, and ends there.
+    assert np.linalg.norm(points, axis=1).max() <= CUT_OFF + 1e-6
+    assert "grey beyond 75°, where nothing is measured" in "\n".join(one.notes())
+
+
+def test_what_is_measured_makes_the_scale(picture, hemisphere):
+    """A model that grows beyond the largest measured zenith, 60°, makes neither scale nor colours there."""
+    model = get_model("minnaert")
+    scan = hemisphere.rows(hemisphere.theta_r <= 60.0)
+    values = {"rho": np.array([0.9]), "k": np.array([0.2])}
+    fit = replace(
+        fit_of(scan, FOIL),
+        model=model,
+        parameters=values,
+        sigma=values,
+        correlation=np.eye(2)[None],
+        bounds=model.bounds(),
+    )
+    one = picture([LobeRequest(Subject("growing", scan, fit), 650.0, 40.0)], Look())
+    reached = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, 61.0, 0.0))).max()
+    edge = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, one.limit, 0.0))).max()
+    top = max(reached, scan.brdf.max())
+    assert edge > 1.5 * top
+    assert one.scale.top == pytest.approx(top, rel=0.02)
+    assert one.paint.high == pytest.approx(top, rel=0.02)
+    lobe = one.panels[0].lobes[0]
+    colours = np.asarray(lobe.polydata.point_data["colour"]).astype(int)
+    grey = np.ptp(colours, axis=1) < 80
+    assert grey.reshape(lobe.mesh.rings + 1, -1)[-1].all()
+
+
+def test_holding_the_scale_holds_the_colours(picture, foil):
+    one = picture([LobeRequest(foil, 550.0, 45.0)], Look(radius="log", points=True))
+    before = pixels(one)
+    one.hold()
+    words = slice(0, 60)  # where "scale held" is said
+    np.testing.assert_array_equal(pixels(one)[words.stop :], before[words.stop :])
+    one.set(theta_i=60.0)
+    held = one.paint
+    assert held.high == one.held_paint.high
+    one.release()
+    assert one.paint.high > 2.0 * held.high
+
+
+def test_overlays_keep_their_colours_and_points(picture, foil):
+    requests = [LobeRequest(foil, 550.0, a) for a in (30.0, 45.0, 60.0)]
+    one = picture(requests, Look(radius="log", points=True), overlay=True)
+    assert [len(m.rows) for m in one.panels[0].marks] == [16, 16, 16]
+    for actor in one.panels[0].actors:
+        assert actor.GetProperty().GetOpacity() == 1.0
+    drawn = pixels(one).reshape(-1, 3).astype(int)
+    for k in range(3):
+        own = 255.0 * np.array(rgb(one.panels[0].colour_of(k)))
+        assert (np.abs(drawn - own).max(axis=1) <= 12).sum() > 100
+
+
+def test_many_points_do_not_hide_the_lobe(picture):
+    rng = np.random.default_rng(0)
+    theta_r, phi = np.rad2deg(np.arccos(rng.uniform(0.1, 1.0, 25_000))), rng.uniform(0.0, 360.0, 25_000)
+    scan = Scan(30.0, 0.0, theta_r, phi, [550.0], np.full((25_000, 1), 0.3))
+    one = picture([LobeRequest(Subject("cloud", scan), 550.0, 30.0)], Look(points=True))
+    drawn = pixels(one).astype(int)
+    without = [actor for marks in one.panels[0].marks for actor in marks._actors]
+    for actor in without:
+        actor.SetVisibility(False)
+    covered = (np.abs(pixels(one).astype(int) - drawn).max(axis=2) > 60).sum()
+    assert covered < 0.35 * len(lobe_pixels(one))
+    assert re.search(r"25000 measured points, \d+ of them drawn", one.panels[0].caption())
+
+
+def test_a_wide_range_keeps_its_floor(picture):
+    """Eleven decades, measured: the smallest value has a length and a colour of its own."""
+    theta_r = np.arange(0.0, 81.0, 5.0)
+    values = 10.0 ** np.linspace(5.0, -6.0, len(theta_r))
+    scan = Scan(30.0, 0.0, theta_r, 180.0, [550.0], values[:, None])
+    one = picture([LobeRequest(Subject("wide", scan), 550.0, 30.0)], Look(radius="log"))
+    assert one.scale.floor < 1e-6
+    assert one.paint.low == pytest.approx(1e-6)
+    assert (one.scale.length(values, 1.0) > 0.0).all()
+
+
+def test_a_difference_says_what_it_compares(picture, foil, small_scan):
+    """Another wavelength, and five of 16 directions."""
+    other = replace(
+        small_scan.rows((small_scan.theta_i == 45.0) & (small_scan.theta_r <= 20.0)),
+        wavelength=np.array([450.0, 560.0, 650.0]),
+        sample="other",
+    )
+    request = LobeRequest(Subject("foil", small_scan), 550.0, 45.0, Subject("other", other))
+    caption = picture([request], Look()).panels[0].caption()
+    assert "λ = 550 nm minus 560 nm" in caption
+    assert "5 of 16 directions compared" in caption
 
 
 def test_the_mesh_reaches_as_far_as_the_data(picture, foil):

@@ -38,6 +38,18 @@ def test_png_has_the_size_and_the_background_asked_for(picture, tmp_path):
         save_png(picture, tmp_path / "a.png")
 
 
+def test_words_without_a_background_are_legible_on_black_and_on_white(picture):
+    """The title: dark letters, and a light rim around them."""
+    whole = pixels(picture, transparent=True)
+    title = Image.fromarray(np.ascontiguousarray(whole[3:20, 5:60]))
+    for ground in ((0, 0, 0, 255), (255, 255, 255, 255)):
+        under = Image.new("RGBA", title.size, ground)
+        under.alpha_composite(title)
+        grey = np.asarray(under.convert("L")).astype(int)
+        assert (grey > 230).mean() > 0.08
+        assert (grey < 60).mean() > 0.05
+
+
 def test_gif_goes_there_and_back_with_one_scale(picture, tmp_path):
     told = []
     stops = save_gif(picture, tmp_path / "a.gif", "wavelength", report=lambda k, n: told.append((k, n)))
