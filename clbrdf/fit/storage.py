@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError, shortened
 from clbrdf.fit.carried import Part
-from clbrdf.fit.goodness import goodness
+from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
@@ -295,8 +296,12 @@ def _goodness(
     if len(held) == len(GOODNESS):
         return Goodness(**held)
     # Before version 0.2 a file held some of them.
-    values = model.brdf(estimate.vector[:, None, :], model.features(scan.directions)).T
-    return replace(goodness(scan, setup, estimate.at_bound, values), **held)
+    seen = ForwardModel(model, model.features(scan.directions))
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return seen.brdf(estimate.vector[places][:, None, :])
+
+    return Goodness(**deviation_tests(scan, setup, estimate.at_bound, held["objective"], values_of) | held)
 
 
 def _key(name: str) -> str:
