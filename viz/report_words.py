@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
@@ -90,6 +91,21 @@ def _plane_lines(scan: Scan) -> list[str]:
     if len(scan) > 1 and np.isin(np.round(scan.phi, 6), (0.0, 180.0, 360.0)).all():
         return ["measured in the plane of incidence only: beside it the model is not held by any point"]
     return []
+
+
+def budget_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of what makes the error bars: 1σ by component, median over wavelengths."""
+    rows = [[name, *("–" if v != v else f"{v:.2g}" for v in values)] for name, values in budget_table(fit)]
+    return ["component", *fitted_names(fit)], rows
+
+
+def mean_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of the means over wavelengths, with the correlations between them."""
+    rows = [
+        [r.parameter, f"{r.value:.4g}", *(f"{v:.2g}" for v in (r.sigma, r.random, r.common)), str(r.count)]
+        for r in mean_table(fit)
+    ]
+    return ["parameter", "mean", "1σ", "random part", "common part", "wavelengths"], rows
 
 
 def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:

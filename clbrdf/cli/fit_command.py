@@ -54,8 +54,8 @@ def command(
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
     rtol: float | None = None,
-    profile: Annotated[bool, Parameter(negative="")] = False,
     monte_carlo: int | None = None,
+    profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -97,11 +97,11 @@ def command(
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
-    profile
-        find intervals of the parameters by profile likelihood; they hold at limits, too
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    profile
+        find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -141,8 +141,8 @@ def command(
             shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
-            profile=profile,
             monte_carlo=monte_carlo,
+            profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
@@ -217,8 +217,8 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "wavelength": scan.wavelength.tolist(),
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
-        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "uncertainty": uncertainty_content(fit),
+        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),

@@ -22,13 +22,14 @@ Smith, Applied Regression Analysis (3rd ed., 1998), section 2.1 (lack of fit); H
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.lines import view_lines
 from clbrdf.fit.records import Goodness, Mask, Setup
-from clbrdf.geometry import Directions
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
 from clbrdf.scan import Scan
 from clbrdf.scan.rectangle import group_numbers
 
@@ -46,37 +47,88 @@ SAME_VALUE = 1e-12
 """Relative to the measured values: repeats nearer than this are copies, and their scatter says nothing."""
 
 
-def goodness(scan: Scan, setup: Setup, at_bound: Mask, values: Array) -> Goodness:
-    """Return how well model values (N, W), 1/sr, meet a scan; `at_bound` (W, P) are parameters at a limit."""
-    g = setup.weights
+BLOCK_VALUES = 1 << 21
+"""Values that are looked at at once."""
+
+
+def deviation_tests(
+    scan: Scan,
+    setup: Setup,
+    at_bound: Mask,
+    energy: Array,
+    values_of: Callable[[npt.NDArray[np.intp]], Array],
+) -> dict[str, Any]:
+    """Return what `Goodness` says beyond E and σ_r, as its fields by name, each (W,).
+
+    Parameters
+    ----------
+    scan : Scan
+        N directions, W wavelengths.
+    setup : Setup
+    at_bound : (W, P) bool
+        Parameters at a limit.
+    energy : (W,) float64
+        E of (13).
+    values_of : callable
+        Places (B,) of wavelengths that were fitted -> model values (B, N), 1/sr.
+    """
+    wavelengths = len(scan.wavelength)
+    lines = view_lines(scan.directions)
+    angles = np.stack([scan.theta_i, scan.phi_i, scan.theta_r, scan.phi_r], axis=1)
+    group = group_numbers(angles)
+    copies = group if int(group.max(initial=-1)) + 1 < len(group) else None
+    free = free_parameters(setup, at_bound)
+    names = ("degrees", "chi2_reduced", "scatter", "lag_one", "lag_score", "lack_of_fit")
+    out: dict[str, Any] = {name: np.full(wavelengths, np.nan) for name in names}
+    out["repeats"] = np.zeros(wavelengths, dtype=np.int64)
+    size = max(1, BLOCK_VALUES // max(1, len(scan)))
+    for first in range(0, len(setup.fitted), size):
+        places = setup.fitted[first : first + size]
+        told = _tests(scan, setup, places, free[places], energy[places], values_of(places), lines, copies)
+        for name, values in told.items():
+            out[name][places] = values
+    return out
+
+
+def _tests(
+    scan: Scan,
+    setup: Setup,
+    places: npt.NDArray[np.intp],
+    free: Array,
+    energy: Array,
+    values: Array,
+    lines: list[npt.NDArray[np.intp]],
+    copies: npt.NDArray[np.intp] | None,
+) -> dict[str, Any]:
+    """As `deviation_tests`, of some wavelengths; arrays are (B, N), so that sums do not depend on B."""
+    g = np.ascontiguousarray(setup.weights[:, places].T)
     used = g > 0.0
-    deviation = np.where(used, scan.brdf - values, 0.0)
-    energy = objective(values, scan, g)
-    count = used.sum(axis=0)
-    degrees = count - free_parameters(setup, at_bound)
-    known = np.zeros(scan.brdf.shape, dtype=np.bool_) if scan.sigma is None else np.greater(scan.sigma, 0.0)
-    sigma = np.where(known & used, 1.0 if scan.sigma is None else scan.sigma, 1.0)
+    measured = np.where(used, scan.brdf[:, places].T, 0.0)
+    deviation = np.where(used, measured - values, 0.0)
+    count = used.sum(axis=1)
+    degrees = count - free
     judged = (degrees > 0.0) & (count > 0)
+    chi2 = np.full(len(places), np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        chi2 = np.where(
-            judged & (known | ~used).all(axis=0), ((deviation / sigma) ** 2).sum(axis=0) / degrees, np.nan
-        )
-        scatter = np.where(judged, np.sqrt((g * deviation**2).sum(axis=0) / degrees), np.nan)
-    scaled = np.sqrt(g / g.max(axis=0, initial=1e-300)) * deviation
-    correlation, score = neighbour_correlation(scan.directions, scaled, used & (energy > EXACT))
-    ratio, repeats = lack_of_fit(scan, g * (energy > EXACT), deviation, degrees)
-    return Goodness(
-        objective=energy,
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
-        degrees=np.where(count > 0, degrees, np.nan),
-        chi2_reduced=chi2,
-        scatter=scatter,
-        lag_one=correlation,
-        lag_score=score,
-        lack_of_fit=ratio,
-        repeats=repeats,
-    )
+        if scan.sigma is not None:
+            sigma = scan.sigma[:, places].T
+            known = (sigma > 0.0) | ~used
+            square = ((deviation / np.where(used & known, sigma, 1.0)) ** 2).sum(axis=1)
+            chi2 = np.where(judged & known.all(axis=1), square / degrees, np.nan)
+        scatter = np.where(judged, np.sqrt((g * deviation**2).sum(axis=1) / degrees), np.nan)
+    real = (energy > EXACT)[:, None]
+    scaled = np.sqrt(g / g.max(axis=1, initial=1e-300)[:, None]) * deviation
+    correlation, score = neighbour_correlation(lines, scaled, used & real)
+    ratio, repeats = lack_of_fit(copies, g * real, deviation, measured, degrees)
+    return {
+        "degrees": np.where(count > 0, degrees, np.nan),
+        "chi2_reduced": chi2,
+        "scatter": scatter,
+        "lag_one": correlation,
+        "lag_score": score,
+        "lack_of_fit": ratio,
+        "repeats": repeats,
+    }
 
 
 def misfit(found: Goodness) -> Mask:
@@ -115,26 +167,25 @@ def free_parameters(setup: Setup, at_bound: Mask) -> Array:
     return np.asarray(np.maximum(free - at_bound.sum(axis=1), 0.0))
 
 
-def neighbour_correlation(directions: Directions, z: Array, used: Mask) -> tuple[Array, Array]:
-    """Return the correlation of neighbours on lines of view, and its t, both (W,); NaN without neighbours.
+def neighbour_correlation(lines: list[npt.NDArray[np.intp]], z: Array, used: Mask) -> tuple[Array, Array]:
+    """Return the correlation of neighbours on lines of view, and its t, both (B,); NaN without neighbours.
 
     Parameters
     ----------
-    directions : Directions
-        N.
-    z : (N, W) float64
+    lines : list of int arrays
+        `view_lines` of the N directions.
+    z : (B, N) float64
         √g times the deviation.
-    used : (N, W) bool
+    used : (B, N) bool
         Values that are not used are left out, and those beside them become neighbours.
     """
-    correlation, score = np.full((2, z.shape[1]), np.nan)
-    lines = view_lines(directions)
+    correlation, score = np.full((2, len(z)), np.nan)
     if not lines:
         return correlation, score
     order, line = np.concatenate(lines), np.repeat(np.arange(len(lines)), [len(part) for part in lines])
-    for k in range(z.shape[1]):
-        here = used[order, k]
-        along, number = z[order[here], k], line[here]
+    for k in range(len(z)):
+        here = used[k, order]
+        along, number = z[k, order[here]], line[here]
         product = (along[1:] * along[:-1])[number[1:] == number[:-1]]
         square = (product**2).sum()
         if square > 0.0:
@@ -143,26 +194,31 @@ def neighbour_correlation(directions: Directions, z: Array, used: Mask) -> tuple
     return correlation, score
 
 
-def lack_of_fit(scan: Scan, weights: Array, deviation: Array, degrees: Array) -> tuple[Array, Count]:
-    """Return F (W,), NaN where no direction was measured again, and the degrees of freedom of repeats."""
-    angles = np.stack([scan.theta_i, scan.phi_i, scan.theta_r, scan.phi_r], axis=1)
-    group = group_numbers(angles)
-    size = int(group.max()) + 1
+def lack_of_fit(
+    copies: npt.NDArray[np.intp] | None, weights: Array, deviation: Array, measured: Array, degrees: Array
+) -> tuple[Array, Count]:
+    """Return F (B,), NaN where no direction was measured again, and the degrees of freedom of repeats.
+
+    Parameters
+    ----------
+    copies : (N,) int or None
+        Number of each different direction; None where all differ.
+    weights, deviation, measured : (B, N) float64
+    degrees : (B,) float64
+    """
+    if copies is None:
+        return np.full(len(degrees), np.nan), np.zeros(len(degrees), dtype=np.int64)
+    size = int(copies.max()) + 1
 
     def total(values: Array) -> Array:
-        out = np.zeros((size, values.shape[1]))
-        np.add.at(out, group, values)
-        return out
+        return np.stack([np.bincount(copies, row, size) for row in values])
 
-    if size == len(group):
-        return np.full(len(degrees), np.nan), np.zeros(len(degrees), dtype=np.int64)
     g = total(weights)
     mean = total(weights * deviation) / np.where(g > 0.0, g, 1.0)
-    pure = (weights * (deviation - mean[group]) ** 2).sum(axis=0)
-    used = weights > 0.0
-    repeats = used.sum(axis=0) - (g > 0.0).sum(axis=0)
-    rest = (weights * deviation**2).sum(axis=0) - pure
-    square = (weights * np.where(used, scan.brdf, 0.0) ** 2).sum(axis=0)
+    pure = (weights * (deviation - mean[:, copies]) ** 2).sum(axis=1)
+    repeats = (weights > 0.0).sum(axis=1) - (g > 0.0).sum(axis=1)
+    rest = (weights * deviation**2).sum(axis=1) - pure
+    square = (weights * measured**2).sum(axis=1)
     told = (repeats > 0) & (degrees > repeats) & (pure > SAME_VALUE**2 * square)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (rest / (degrees - repeats)) / (pure / repeats)

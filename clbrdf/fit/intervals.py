@@ -10,37 +10,31 @@ import numpy.typing as npt
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.profile import profile_intervals
 from clbrdf.fit.records import Estimate, Setup
+from clbrdf.fit.summary import Summary
 from clbrdf.fit.uncertainty import uncertainty
 from clbrdf.models import Model
-from clbrdf.observation import ForwardModel
-from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
 
 
 def with_intervals(
-    problem: Problem, scan: Scan, seen: ForwardModel, setup: Setup, estimate: Estimate
+    problem: Problem, sums: Summary, model: Model, setup: Setup, estimate: Estimate
 ) -> Estimate:
-    """Return an estimate with its intervals; `problem` is that of the fitted wavelengths."""
-    model, fitted = seen.model, setup.fitted
-    vector, g = estimate.vector[fitted], setup.weights[:, fitted]
+    """Return an estimate with its intervals; problem and sums are those of the fitted wavelengths."""
+    fitted = setup.fitted
+    vector = estimate.vector[fitted]
     known = np.array([name in setup.fixed for name in model.names]) & np.ones(vector.shape, dtype=np.bool_)
-    measured = np.where(g > 0.0, scan.brdf[:, fitted], 0.0)
-    residuals = np.where(g > 0.0, seen.brdf(vector[:, None, :]).T - measured, 0.0)
-    data = (residuals.T, g.T)
-    sigma = None if scan.sigma is None else scan.sigma[:, fitted].T
     # With all parameters free: those at a limit may leave it along a profile.
-    told = uncertainty(seen, vector, known, *data, sigma).sigma
-    scattered = uncertainty(seen, vector, known, *data, None).sigma
-    count = (g > 0.0).sum(axis=0) - (~known).sum(axis=1)
+    told = uncertainty(sums.gram, sums.spread, sums.objective, sums.used, known).sigma
+    unknown = np.full_like(sums.spread, np.nan)
+    scattered = uncertainty(sums.gram, unknown, sums.objective, sums.used, known).sigma
+    count = sums.used - (~known).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        square = (g * residuals**2).sum(axis=0)
-        level = np.where(count > 0, square / count, np.nan)
         ratio = (told / scattered) ** 2
         # Where the data cannot tell a parameter, its variance has no ratio; that of the others stands for it.
         typical = np.nanmedian(np.where(np.isfinite(ratio), ratio, np.nan), axis=1, keepdims=True)
         ratio = np.where(np.isfinite(ratio), ratio, typical)
-        rise = ratio * (level / (g * measured**2).sum(axis=0))[:, None]
+        rise = ratio * np.where(count > 0, sums.objective / count, np.nan)[:, None]
         slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
         deviation = told / np.stack(slopes, axis=1)
     best = np.clip(model.to_coordinates(vector), problem.lower, problem.upper)

@@ -100,12 +100,12 @@ class Estimate(Record):
         Fitted parameters that stand at a limit. The uncertainties of the others hold with these held there.
     undetermined : (W, P) bool
         Fitted parameters that the data cannot tell.
-    lower, upper : (W, P) float64 or None
-        Ends of the profile-likelihood intervals of 68.3 % (`clbrdf.fit.profile`), NaN for parameters that
-        were not fitted; None unless they were asked for.
     parts : tuple of Part
         What makes the uncertainties: each component of the scan's, carried to the parameters. Empty in files
         of before.
+    lower, upper : (W, P) float64 or None
+        Ends of the profile-likelihood intervals of 68.3 % (`clbrdf.fit.profile`), NaN for parameters that
+        were not fitted; None unless they were asked for.
     """
 
     vector: Array
@@ -114,9 +114,9 @@ class Estimate(Record):
     condition: Array
     at_bound: Mask
     undetermined: Mask
+    parts: tuple[Part, ...] = ()
     lower: Array | None = None
     upper: Array | None = None
-    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.goodness import EXACT, misfit, neighbour_correlation, neighbours_agree, overstated
+from clbrdf.fit.lines import view_lines
 from clbrdf.models import NEEDS_PHI, Model
 from clbrdf.observation import ForwardModel
 from clbrdf.scan.rectangle import group_numbers
@@ -169,7 +170,8 @@ def azimuth_dependence(fit: Fit) -> Array:
     norm = (g * measured**2).sum(axis=0)
     told = (norm > 0.0) & (fit.objective > EXACT)
     share = turned / np.where(told, norm * fit.objective, np.inf)
-    _, score = neighbour_correlation(scan.directions, np.sqrt(g / g.max(initial=1e-300)) * deviation, used)
+    z = np.sqrt(g / g.max(initial=1e-300)) * deviation
+    _, score = neighbour_correlation(view_lines(scan.directions), z.T, used.T)
     found = told & (share > MUCH) & neighbours_agree(score)
     out[:, found] = np.sqrt(turned[found] / norm[found]), np.minimum(share[found], 1.0)
     return out

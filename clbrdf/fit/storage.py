@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError, shortened
 from clbrdf.fit.carried import Part
-from clbrdf.fit.goodness import goodness
+from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
@@ -49,9 +50,6 @@ SETUP = ("weights", "bounds")
 MASKS = ("at_bound", "undetermined")
 """Of the estimate, (W, P) as 0 and 1; files before version 0.2 do not hold them."""
 
-ENDS = ("lower", "upper")
-"""Of the profile-likelihood intervals, beside each parameter where there are any."""
-
 SCHEMA = (
     *(Item(name, ("W",)) for name in ("objective", "relative_rms")),
     Item("relative_rms_by_incident_angle", ("I", "W")),
@@ -63,10 +61,7 @@ SCHEMA = (
     Item("weights", ("N", "W")),
     Item("bounds", ("P", "2")),
     *(Item(name, ("W", "P"), kind="truth", required=False) for name in MASKS),
-    *(
-        Item(name, ("W",), required=False)
-        for name in ("degrees", "chi2_reduced", "scatter", "lag_one", "lag_score", "lack_of_fit")
-    ),
+    *(Item(name, ("W",), required=False) for name in GOODNESS[3:-1]),
     Item("repeats", ("W",), kind="whole", required=False),
 )
 """Arrays of N directions × W wavelengths, I incident zeniths, P parameters."""
@@ -107,7 +102,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
         if estimate.lower is not None and estimate.upper is not None:
-            for name, ends in zip(ENDS, (estimate.lower, estimate.upper), strict=True):
+            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
                 meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
                 hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
@@ -165,11 +160,6 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         for row in model.parameters
         for end in ("", "_errors")
     ]
-    rows += [
-        Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit), required=False)
-        for row in model.parameters
-        for end in ENDS
-    ]
     values = read_items(data, rows, lengths)
     vector = np.stack([values[_key(name)] for name in model.names], axis=1)
     sigma = np.stack([values[f"{_key(name)}_errors"] for name in model.names], axis=1)
@@ -182,16 +172,11 @@ def read(entry: h5py.Group) -> dict[str, Any]:
     provenance = hdf5.read_mapping(group, "provenance")
     setup = _setup(group, model, arrays, vector, given, provenance)
     estimate = _estimate(model, arrays, vector, sigma, given, _parts(group, lengths))
-    if all(f"{_key(name)}_{end}" in values for name in model.names for end in ENDS):
-        ends: dict[str, Any] = {
-            end: np.stack([values[f"{_key(n)}_{end}"] for n in model.names], axis=1) for end in ENDS
-        }
-        estimate = replace(estimate, **ends)
     return {
         "scan": scan,
         "model": model,
         "setup": setup,
-        "estimate": estimate,
+        "estimate": _with_intervals(data, model, estimate),
         "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
@@ -267,17 +252,6 @@ def _estimate(
     return Estimate(vector=vector, sigma=sigma, **named, **masks, parts=parts)
 
 
-def _goodness(
-    arrays: Mapping[str, Any], scan: Scan, model: Model, setup: Setup, estimate: Estimate
-) -> Goodness:
-    known = {name: arrays[name] for name in GOODNESS if name in arrays}
-    if len(known) == len(GOODNESS):
-        return Goodness(**known)
-    # Before version 0.2 a file held some of them.
-    values = model.brdf(estimate.vector[:, None, :], model.features(scan.directions)).T
-    return replace(goodness(scan, setup, estimate.at_bound, values), **known)
-
-
 def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
     """Read what makes the uncertainties; files before version 0.2 do not hold it."""
     if "uncertainty" not in group:
@@ -293,6 +267,41 @@ def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
         )
         for one in found
     )
+
+
+def _with_intervals(data: h5py.Group, model: Model, estimate: Estimate) -> Estimate:
+    """Add the profile-likelihood intervals, where the file holds them."""
+    names = [f"{_key(name)}_{end}" for end in ("lower", "upper") for name in model.names]
+    if not all(name in data for name in names):
+        return estimate
+    found = read_items(
+        data,
+        [
+            Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit))
+            for row in model.parameters
+            for end in ("lower", "upper")
+        ],
+        {"W": len(estimate.vector)},
+    )
+    lower, upper = (
+        np.stack([found[f"{_key(name)}_{end}"] for name in model.names], axis=1) for end in ("lower", "upper")
+    )
+    return replace(estimate, lower=lower, upper=upper)
+
+
+def _goodness(
+    arrays: Mapping[str, Any], scan: Scan, model: Model, setup: Setup, estimate: Estimate
+) -> Goodness:
+    held = {name: arrays[name] for name in GOODNESS if name in arrays}
+    if len(held) == len(GOODNESS):
+        return Goodness(**held)
+    # Before version 0.2 a file held some of them.
+    seen = ForwardModel(model, model.features(scan.directions))
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return seen.brdf(estimate.vector[places][:, None, :])
+
+    return Goodness(**deviation_tests(scan, setup, estimate.at_bound, held["objective"], values_of) | held)
 
 
 def _key(name: str) -> str:

@@ -195,6 +195,9 @@ def summary_rows(fit: Fit) -> list[tuple[str, str]]:
     if np.isfinite(search.seconds):
         each = 1e3 * search.seconds / max(1, int(good.sum()))
         rows.append(("time", f"{search.seconds:.2f} s, {each:.3g} ms a wavelength"))
+    drawn = fit.monte_carlo
+    if drawn is not None and np.isfinite(drawn.seconds):
+        rows.append(("Monte Carlo", f"{drawn.draws} draws, {drawn.seconds:.1f} s of it"))
     return rows
 
 

@@ -78,7 +78,7 @@ class TestEvaluate:
         [
             (("--theta-i", "90", "--theta-r", "0"), "theta_i[0] is 90°"),
             (("--theta-i", "x", "--theta-r", "0"), "--theta-i: 'x' is neither a number nor start:stop:step"),
-            (("--theta-i", "0:10:-1", "--theta-r", "0"), "'0:10:-1' is neither"),
+            (("--theta-i", "0:10:-1", "--theta-r", "0"), "steps of -1 has no end"),
             (("--theta-i", "0:80:1e-9", "--theta-r", "0"), "at most 1000000"),
             (("--theta-i", "1,2", "--theta-r", "1,2,3"), "do not belong together"),
             (("--theta-i", "1", "--theta-r", "1", "--param", "ks"), "write name=number"),

@@ -93,7 +93,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatc
 
     scan = noisy(small_scan, 0.06)
     whole = clbrdf.fit(scan, settings=settings)
-    monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "DEVICE_BYTES", 1)
+    monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "BLOCK_BYTES", 1)
     assert len(wavelength_blocks(np.arange(3), *settings.cost(48, 6))) == 3
     blocks = clbrdf.fit(scan, settings=settings)
     alone = clbrdf.fit(scan.columns([1]), settings=settings)
