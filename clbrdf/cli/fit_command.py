@@ -17,6 +17,7 @@ from clbrdf.cli.summary import print_fit
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.spectrum_file import read_spectrum
+from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -41,6 +42,8 @@ def command(
     shared: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
+    through: Path | None = None,
+    point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     chains: int | None = None,
     levels: int | None = None,
@@ -79,6 +82,11 @@ def command(
     smooth
         tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
         10 nm, for instance 0.01; off by default
+    through
+        instrument file: aperture, beam, footprint, misalignment, bandwidth as in a scene's [effects]; what is
+        fitted is then what the detector sees. By default what the scan says of its own receiver
+    point
+        take every direction as a point, whatever the scan says
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
@@ -96,7 +104,10 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    check_apart([output, json], [scan, *spectra])
+    if point and through is not None:
+        raise InputError("--point and --through say two things of the instrument; give one of them")
+    instrument = [] if through is None else [through]
+    check_apart([output, json], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
@@ -119,6 +130,7 @@ def command(
             },
             shared=name_list(shared),
             smooth=smooth,
+            through=POINT if point else SCAN if through is None else through,
             rtol=rtol,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
@@ -127,7 +139,9 @@ def command(
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
     fix = [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
     options |= {"fix": fix or None, "shared": shared or None, "smooth": smooth, "rtol": rtol}
+    options |= {"through": None if through is None else through.name, "point": point or None}
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    hashes |= {} if through is None else {"through_sha256": sha256(through)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
 from clbrdf.fit.result import Fit
-from clbrdf.fit.words import gathered, search_lines
+from clbrdf.fit.words import gathered, search_lines, through_lines
 from clbrdf.scan import Scan
 
 MOST_REMARKS = 8
@@ -176,6 +176,7 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
     ]
     held = fixed_words(fit)
     lines[2:2] = [*([["fixed", held]] if held else []), *(["shared", text] for text in shared_words(fit))]
+    lines[2:2] = [["" if k else "through", text] for k, text in enumerate(through_lines(fit))]
     if fit.setup.left_out:
         lines.append(["left out", f"{fit.setup.left_out} directions, those of transmission"])
     if np.isfinite(search.seconds):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -21,15 +22,17 @@ from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
 from clbrdf.fit.result import Fit
-from clbrdf.fit.shared import shared_names, solve_shared
+from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.solve import Solution, follow, joined, solve
 from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.observation import ForwardModel
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -64,6 +67,7 @@ def fit(
     fix: Mapping[str, npt.ArrayLike] | None = None,
     shared: Sequence[str] = (),
     smooth: float | None = None,
+    through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
@@ -101,6 +105,10 @@ def fit(
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    through : str, Path or Instrument
+        What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
+        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
@@ -128,6 +136,7 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`;
+        an instrument without geometry, or one whose cones reach below the horizon;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -141,6 +150,7 @@ def fit(
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
     _check_number("rtol", rtol, BEST, 1.0)
+    check_through(through)
     start = time.perf_counter()
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
@@ -161,11 +171,12 @@ def fit(
             raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
+    behind = instrument_behind(scan, through)
     where = device or choose_device()
 
-    def problem_of(places: npt.NDArray[np.intp]) -> Problem:
+    def problem_of(places: npt.NDArray[np.intp], seen: Observation | None = None) -> Problem:
         known = {name: values[places] for name, values in given.items()}
-        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known)
+        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known, seen)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
@@ -174,9 +185,9 @@ def fit(
         problem = problem_of(sample)
         rungs = choose_settings(problem, way, seed, rtol)
         rules = rungs[0].settings
+    places = tuple(chosen.names.index(name) for name in in_common)
+    norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
     if in_common:
-        places = tuple(chosen.names.index(name) for name in in_common)
-        norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
         parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
@@ -187,9 +198,22 @@ def fit(
         else:
             jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, covariance = joined(parts), None
-    if smooth is not None:
+    solution, covariance, seen = joined(parts), None, None
+    if behind is not None:
+
+        def polished(observation: Observation, found: Solution) -> Solution:
+            if in_common:
+                return follow_shared(problem_of(fitted, observation), places, norm, found)
+            return follow(lambda block: problem_of(fitted[block], observation), found)
+
         problem = problem_of(fitted)
+        solution, behind = look_through(
+            *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
+            polished,
+        )
+        seen = behind.observation(scan.directions)
+    if smooth is not None:
+        problem = problem_of(fitted, seen)
         solution = start_each_other(problem, solution)
         solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
     setup = Setup(
@@ -204,8 +228,8 @@ def fit(
         method=way.name,
         seed=seed,
     )
-    seen = ForwardModel(chosen, chosen.features(scan.directions))
-    estimate, goodness, status = assemble(scan, seen, setup, solution, covariance)
+    forward = ForwardModel.of(chosen, Observation.points(scan.directions) if seen is None else seen)
+    estimate, goodness, status = assemble(scan, forward, setup, solution, covariance)
     return Fit(
         scan=scan,
         model=chosen,
@@ -214,6 +238,7 @@ def fit(
         goodness=goodness,
         search=_search_of(setup, solution, str(where), rungs, len(sample), start),
         status=status,
+        through=behind,
         provenance=_provenance(setup, rules),
     )
 

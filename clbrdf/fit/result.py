@@ -16,8 +16,10 @@ from clbrdf.errors import InputError
 from clbrdf.fit import storage
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
+from clbrdf.fit.through import Through
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -50,6 +52,8 @@ class Fit(Record):
         How the parameters were found, and where.
     status : (W,) str
         One of STATUSES.
+    through : Through or None
+        The instrument that the fit looked through; None where directions were taken as points.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
     """
@@ -61,6 +65,7 @@ class Fit(Record):
     goodness: Goodness
     search: Search
     status: npt.NDArray[np.str_]
+    through: Through | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -117,9 +122,26 @@ class Fit(Record):
         return remarks_of(self)
 
     def evaluate(self, directions: Directions | None = None) -> Array:
-        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
+        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
+
+        The surface's own: `observed` is what compares with measured values.
+        """
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
+        return out
+
+    @cached_property
+    def observation(self) -> Observation:
+        """What the detector sees in the scan's directions."""
+        if self.through is None:
+            return Observation.points(self.scan.directions)
+        return self.through.observation(self.scan.directions)
+
+    def observed(self) -> Array:
+        """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
+        if self.through is None:
+            return self.evaluate()
+        out: Array = ForwardModel.of(self.model, self.observation).brdf(self.vector[:, None, :]).T
         return out
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:

@@ -10,10 +10,14 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
+from clbrdf.fit.through import Through
 from clbrdf.fit.words import remarks_line
+from clbrdf.instrument.place import LADDER
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, remade
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
+from clbrdf.storage.tomlfile import parse_json
 
 if TYPE_CHECKING:
     import h5py
@@ -66,6 +70,8 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    if fit.through is not None:
+        _write_through(fit.through, hdf5.group(group, "through", "NXcollection"))
     # For readers of the file: the program finds remarks anew from the numbers.
     group["remarks"] = [remarks_line(remarks) for remarks in fit.remarks]
     hdf5.write_mapping(group, "provenance", fit.provenance)
@@ -87,8 +93,33 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "goodness": Goodness(**{name: group[name][()] for name in GOODNESS}),
         "search": Search(hdf5.read_text(group, "device"), *(group[name][()] for name in SEARCH)),
         "status": np.array([names[code] for code in group["status"][()]]),
+        "through": _through(group["through"]) if "through" in group else None,
         "provenance": provenance,
     }
+
+
+def _write_through(through: Through, group: h5py.Group) -> None:
+    group["instrument"] = through.instrument.model_dump_json(exclude_none=True)
+    group["source"] = through.source
+    if through.angle is not None:
+        hdf5.field(group, "angle", through.angle, "deg", "full angle of the aperture's cone")
+    levels = hdf5.field(group, "levels", through.levels, "", "rules for nodes of beam and aperture")
+    levels.attrs["names"] = [rule.name for rule in LADDER]
+
+
+def _through(group: h5py.Group) -> Through:
+    ours = [rule.name for rule in LADDER]
+    names = [str(name) for name in group["levels"].attrs["names"]]
+    unknown = [name for name in names if name not in ours]
+    if unknown:
+        raise InputError(f"its nodes were placed by {unknown[0]!r}, a rule that is not known; fit it again")
+    places = np.array([ours.index(name) for name in names], dtype=np.uint8)
+    return Through(
+        instrument=parse_json(hdf5.read_text(group, "instrument"), Instrument, "fit/through/instrument"),
+        source=hdf5.read_text(group, "source"),
+        angle=group["angle"][()] if "angle" in group else None,
+        levels=places[group["levels"][()]],
+    )
 
 
 def _setup(group: h5py.Group, model: Model, vector: Array, provenance: dict[str, str]) -> Setup:
