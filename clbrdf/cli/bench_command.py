@@ -22,6 +22,7 @@ from clbrdf.cli.bench_optimizers import (
     check_unused,
 )
 from clbrdf.cli.bench_planner import bench_planner
+from clbrdf.cli.bench_through import bench_through
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.errors import InputError
@@ -37,7 +38,9 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner"],
+    what: Literal[
+        "throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner", "through"
+    ],
     /,
     *,
     model: Annotated[
@@ -63,7 +66,8 @@ def command(
         references: the reference optima of that set, searched again;
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light; --seeds
+        simulated light; --seeds;
+        through: bias and time of fits through an aperture, beside fits of points, a minute or two
     """
     for output in (json, png):
         if output is not None:
@@ -101,6 +105,8 @@ def command(
         content = bench_choice(chosen, options.seeds if options else None)
     elif what == "planner":
         content = bench_planner(options.seeds if options else None)
+    elif what == "through":
+        content = bench_through(chosen)
     else:
         content = bench_references()
     if json is not None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
+from clbrdf.instrument.aperture import solid_angle
 from clbrdf.instrument.misalignment import misaligned
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
@@ -185,6 +186,7 @@ def simulate(
         flag_names=flag_names(scene),
         sample=scene.sample,
         instrument=instrument(scene),
+        **receiver(scene),
         provenance={"made_by": "clbrdf simulate", "seed": str(scene.seed)},
     )
 
@@ -197,6 +199,17 @@ def has_sigma(scene: Scene) -> bool:
 def flag_names(scene: Scene) -> tuple[str, ...]:
     """Names of the reasons for masking."""
     return FLAGS if scene.effects.saturation is None else (*FLAGS, SATURATED)
+
+
+def receiver(scene: Scene) -> dict[str, float]:
+    """Return what a scan says of its receiver: solid angle in sr, bandpass in nm, where they are not 0."""
+    aperture, bandwidth = scene.effects.aperture, scene.effects.bandwidth
+    out = {}
+    if aperture is not None:
+        out["solid_angle"] = solid_angle(aperture.angle)
+    if bandwidth is not None:
+        out["bandpass"] = bandwidth.width
+    return out
 
 
 def instrument(scene: Scene) -> str:

@@ -16,7 +16,7 @@ from clbrdf.progress import Report, silent
 from clbrdf.scan.flags import FLAGS, flag_unusable
 from clbrdf.scan.storage import write_frame
 from clbrdf.scene.block import Block
-from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instrument
+from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instrument, receiver
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
@@ -107,6 +107,12 @@ def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[st
     angles = {"theta_i": nominal.theta_i, "phi_i": zero, "theta_r": nominal.theta_r, "phi_r": nominal.phi}
     data = write_frame(entry, angles, setting.wavelength, scene.sample, instrument(scene))
     shape = (len(nominal), len(scene.wavelength))
+    told = receiver(scene)
+    if "solid_angle" in told:
+        values = np.full(shape[0], told["solid_angle"])
+        hdf5.field(data, "solid_angle", values, "sr", "solid angle of the receiver")
+    if "bandpass" in told:
+        hdf5.field(data, "bandpass", np.full(shape[1], told["bandpass"]), "nm", "full width at half maximum")
 
     def room(name: str, kind: npt.DTypeLike, units: str, meaning: str) -> Any:
         dataset = data.create_dataset(name, shape, kind)
