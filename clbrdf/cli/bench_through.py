@@ -32,7 +32,7 @@ def bench_through(device: Device) -> dict[str, Any]:
     print_table("Bias (σ), then milliseconds a wavelength", heads, text, left=1)
     stdout_console().print(
         f"R/w: half-angle of the aperture over the lobe's half-width. Bias: the largest of all parameters at"
-        f" {WAVELENGTHS} wavelengths, in units of its standard uncertainty, for {100 * NOISE:g} % of noise that"
-        " is told and not there. Milliseconds are of all cores together; nodes, of a direction on average."
+        f" {WAVELENGTHS} wavelengths, in units of its standard uncertainty, for {100 * NOISE:g} % of noise"
+        " that is told and not there. Milliseconds are of all cores together; nodes are of a direction."
     )
     return {"noise": NOISE, "wavelengths": WAVELENGTHS, "rows": [asdict(row) for row in rows]}

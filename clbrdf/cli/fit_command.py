@@ -12,7 +12,6 @@ from cyclopts import Parameter
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
-from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
@@ -26,6 +25,7 @@ from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
+from clbrdf.storage.provenance import fit_options, made_by
 
 
 def command(
@@ -136,10 +136,19 @@ def command(
             device=choose_device(device),
             report=report,
         )
-    options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    fix = [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
-    options |= {"fix": fix or None, "shared": shared or None, "smooth": smooth, "rtol": rtol}
-    options |= {"through": None if through is None else through.name, "point": point or None}
+    options = fit_options(
+        method=method,
+        seed=seed,
+        weights=weights,
+        bounds=bounds,
+        model=model,
+        fix=[f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()],
+        shared=shared,
+        smooth=smooth,
+        rtol=rtol,
+        through=None if through is None else through.name,
+        point=point,
+    )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     hashes |= {} if through is None else {"through_sha256": sha256(through)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})

@@ -9,14 +9,14 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from clbrdf.cli.options import Output, Overwrite
-from clbrdf.cli.provenance import made_by
+from clbrdf.cli.options import Output, Overwrite, column_map
 from clbrdf.cli.summary import print_scan, print_scans
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Options
 from clbrdf.formats.load import load
 from clbrdf.scan import save_scans
 from clbrdf.storage.files import check_apart, check_output
+from clbrdf.storage.provenance import made_by
 
 Unit = Literal["deg", "rad", "nm", "um"]
 Scale = Literal["1", "pi", "percent", "pi-percent"]
@@ -36,6 +36,7 @@ def command(
     origin: Literal["normal", "specular"] | None = None,
     swap: Literal["none", "polar", "zeniths"] | None = None,
     wavelength: float | None = None,
+    map_: Annotated[list[str], Parameter(name="--map", negative_iterable="")] = [],  # noqa: B006 (cyclopts)
     overwrite: Overwrite = False,
 ) -> None:
     """Read measured BRDF from files of any known format into one scan file.
@@ -70,6 +71,8 @@ def command(
         exchange zenith and azimuth (polar) or incident and view direction (zeniths)
     wavelength
         nm, for a file of one band that names none
+    map_
+        column=name where a table calls a column otherwise, such as "Angle in=theta_i_deg"; as often as needed
     """
     check_apart([output], files)
     target = check_output(output, overwrite)
@@ -83,10 +86,11 @@ def command(
         swap=swap,
         wavelength=wavelength,
     )
-    loaded = load(files, format_name=format_, sample=sample, options=options)
+    loaded = load(files, format_name=format_, sample=sample, options=options, names=column_map(map_))
     given = {
         "format": format_, "sample": sample, "unit": list(unit or ()), "phi-forward": phi_forward,
         "cosine": cosine, "scale": scale, "origin": origin, "swap": swap, "wavelength": wavelength,
+        "map": list(map_),
     }  # fmt: skip
     scans = {
         name: replace(scan, provenance=made_by("import", files, given, scan.provenance))

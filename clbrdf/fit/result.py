@@ -23,7 +23,6 @@ from clbrdf.observation import ForwardModel, Observation
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -144,6 +143,17 @@ class Fit(Record):
         out: Array = ForwardModel.of(self.model, self.observation).brdf(self.vector[:, None, :]).T
         return out
 
+    def predict_seen(self, scan: Scan) -> Array:
+        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+
+        Its cones get as many nodes everywhere as they got where this fit needed most.
+        """
+        if self.through is None:
+            return self.evaluate(scan.directions)
+        observation = self.through.elsewhere(scan).observation(scan.directions)
+        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        return out
+
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the fit with its scan as a NeXus HDF5 file, whole or not at all.
 
@@ -179,11 +189,6 @@ class Fit(Record):
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return cls(**storage.read(entry))
+                return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error

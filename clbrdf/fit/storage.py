@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.through import Through
 from clbrdf.fit.words import remarks_line
-from clbrdf.instrument.place import LADDER
+from clbrdf.instrument.place import CONES, LADDER
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, remade
+from clbrdf.objective import WEIGHTS
 from clbrdf.scan import Scan
-from clbrdf.storage import hdf5
+from clbrdf.storage import hdf5, units
+from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
 from clbrdf.storage.tomlfile import parse_json
 
 if TYPE_CHECKING:
@@ -34,6 +37,22 @@ SETUP = ("weights", "bounds")
 
 MASKS = ("at_bound", "undetermined")
 """Of the estimate, (W, P) as 0 and 1; files before version 0.2 do not hold them."""
+
+SCHEMA = (
+    *(Item(name, ("W",)) for name in ("objective", "relative_rms")),
+    Item("relative_rms_by_incident_angle", ("I", "W")),
+    Item("status", ("W",), kind="bits"),
+    Item("correlation", ("W", "P", "P")),
+    Item("condition", ("W",)),
+    *(Item(name, ("W",), kind="whole") for name in ("evaluations", "starts", "agreeing", "not_finite")),
+    Item("acceptance", ("W",)),
+    Item("weights", ("N", "W")),
+    Item("bounds", ("P", "2")),
+    *(Item(name, ("W", "P"), kind="truth", required=False) for name in MASKS),
+)
+"""Arrays of N directions × W wavelengths, I incident zeniths, P parameters."""
+
+SINGLE = (Item("smooth"), Item("rtol"), Item("left_out", kind="whole"))
 
 
 def write(fit: Fit, group: h5py.Group) -> None:
@@ -78,22 +97,48 @@ def write(fit: Fit, group: h5py.Group) -> None:
 
 
 def read(entry: h5py.Group) -> dict[str, Any]:
-    """Read what `write` wrote, or an earlier version did, as the arguments of a Fit."""
+    """Read what `write` wrote, or an earlier version did, as the arguments of a Fit.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not belong together, or of another type or unit; a model that cannot be made.
+    KeyError
+        Something is missing.
+    """
+    scan = Scan.read(entry)
     group = entry["fit"]
+    check_group(group)
     data = group["parameters"]
+    check_group(data)
     model = _model_of(hdf5.read_text(group, "model"), data)
-    names = [str(name) for name in group["status"].attrs["names"]]
+    n, w = scan.brdf.shape
+    lengths = {"N": n, "W": w, "P": len(model.names), "I": len(scan.incident_angles)}
+    arrays: dict[str, Any] = read_items(group, SCHEMA, lengths)
+    rows = [
+        Item(f"{_key(row.name)}{end}", ("W",), units.same_as(row.unit))
+        for row in model.parameters
+        for end in ("", "_errors")
+    ]
+    values = read_items(data, rows, lengths)
+    vector = np.stack([values[_key(name)] for name in model.names], axis=1)
+    sigma = np.stack([values[f"{_key(name)}_errors"] for name in model.names], axis=1)
+    names, codes = text_list_attribute(group["status"], "names"), arrays["status"]
+    unknown = sorted(set(names) - set(STATUSES))
+    if unknown or codes.max() >= len(names):
+        said = shortened(repr(unknown[0])) if unknown else codes.max()
+        raise InputError(f"{clean(group.name)}/status holds {said}, which is no status; make the file again")
+    given = _names(group, "given", model)
     provenance = hdf5.read_mapping(group, "provenance")
-    vector = np.stack([data[_key(name)][()] for name in model.names], axis=1)
     return {
-        "scan": Scan.read(entry),
+        "scan": scan,
         "model": model,
-        "setup": _setup(group, model, vector, provenance),
-        "estimate": _estimate(group, model, vector),
-        "goodness": Goodness(**{name: group[name][()] for name in GOODNESS}),
-        "search": Search(hdf5.read_text(group, "device"), *(group[name][()] for name in SEARCH)),
-        "status": np.array([names[code] for code in group["status"][()]]),
-        "through": _through(group["through"]) if "through" in group else None,
+        "setup": _setup(group, model, arrays, vector, given, provenance),
+        "estimate": _estimate(model, arrays, vector, sigma, given),
+        "goodness": Goodness(**{name: arrays[name] for name in GOODNESS}),
+        "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
+        "status": np.array([names[code] for code in codes]),
+        "through": _through(group["through"], n) if "through" in group else None,
         "provenance": provenance,
     }
 
@@ -107,56 +152,87 @@ def _write_through(through: Through, group: h5py.Group) -> None:
     levels.attrs["names"] = [rule.name for rule in LADDER]
 
 
-def _through(group: h5py.Group) -> Through:
-    ours = [rule.name for rule in LADDER]
-    names = [str(name) for name in group["levels"].attrs["names"]]
-    unknown = [name for name in names if name not in ours]
-    if unknown:
-        raise InputError(f"its nodes were placed by {unknown[0]!r}, a rule that is not known; fit it again")
-    places = np.array([ours.index(name) for name in names], dtype=np.uint8)
-    return Through(
-        instrument=parse_json(hdf5.read_text(group, "instrument"), Instrument, "fit/through/instrument"),
+THROUGH = (
+    Item("angle", ("N",), units.ANGLE, required=False),
+    Item("levels", ("N", str(len(CONES))), kind="whole"),
+)
+"""Arrays of the instrument that a fit looked through."""
+
+
+def _through(group: h5py.Group, directions: int) -> Through:
+    arrays = read_items(group, THROUGH, {"N": directions})
+    rules = {rule.name: place for place, rule in enumerate(LADDER)}
+    names, levels = text_list_attribute(group["levels"], "names"), arrays["levels"]
+    unknown = [name for name in names if name not in rules]
+    if unknown or levels.min() < 0 or levels.max() >= len(names):
+        said = shortened(repr(unknown[0])) if unknown else f"{levels.min()} to {levels.max()}"
+        raise InputError(
+            f"{clean(group.name)}/levels holds {said}, no rule that is known; fit the scan again"
+        )
+    places = np.array([rules[name] for name in names], dtype=np.uint8)
+    through = Through(
+        instrument=parse_json(
+            hdf5.read_text(group, "instrument"), Instrument, f"{clean(group.name)}/instrument"
+        ),
         source=hdf5.read_text(group, "source"),
-        angle=group["angle"][()] if "angle" in group else None,
-        levels=places[group["levels"][()]],
+        angle=arrays.get("angle"),
+        levels=places[levels],
     )
+    if through.angle is not None and not ((through.angle >= 0.0) & (through.angle < 180.0)).all():
+        raise InputError(f"{clean(group.name)}/angle holds no angles of cones; fit the scan again")
+    return through
 
 
-def _setup(group: h5py.Group, model: Model, vector: Array, provenance: dict[str, str]) -> Setup:
-    given = _names(group, "given")
+def _setup(
+    group: h5py.Group,
+    model: Model,
+    arrays: Mapping[str, Any],
+    vector: Array,
+    given: tuple[str, ...],
+    provenance: dict[str, str],
+) -> Setup:
     if "weighting" in group:
-        values = {name: float(group[name][()]) for name in ("smooth", "rtol")}
-        told: dict[str, Any] = {name: None if math.isnan(v) else v for name, v in values.items()}
-        weighting, left_out = hdf5.read_text(group, "weighting"), int(group["left_out"][()])
+        single = read_items(group, SINGLE)
+        numbers = {name: float(single[name]) for name in ("smooth", "rtol")}
+        told: dict[str, Any] = {name: None if math.isnan(v) else v for name, v in numbers.items()}
+        weighting, left_out = hdf5.read_text(group, "weighting"), int(single["left_out"])
     else:  # before version 0.2 only the provenance told it
-        told = {name: float(provenance[name]) if name in provenance else None for name in ("smooth", "rtol")}
-        named = provenance.get("weights", "")
-        weighting = named if named in ("none", "relative", "sigma") else "user"
-        left_out = int(provenance.get("left_out", "0").split()[0])
+        told = {
+            name: _number(provenance[name]) if name in provenance else None for name in ("smooth", "rtol")
+        }
+        weighting = provenance.get("weights", "")
+        left_out = int(_number(provenance.get("left_out", "0").split(" ")[0]))
     return Setup(
-        weighting=weighting,
+        weighting=weighting if weighting in WEIGHTS else "user",
         left_out=left_out,
         fixed={name: vector[:, model.names.index(name)].copy() for name in given},
-        shared=_names(group, "shared"),
+        shared=_names(group, "shared", model),
         method=hdf5.read_text(group, "method"),
-        seed=int(group["seed"][()]),
+        seed=int(read_items(group, [Item("seed", kind="whole")])["seed"]),
         **told,
-        **{name: group[name][()] for name in SETUP},
+        **{name: arrays[name] for name in SETUP},
     )
 
 
-def _estimate(group: h5py.Group, model: Model, vector: Array) -> Estimate:
-    data, given = group["parameters"], _names(group, "given")
-    sigma = np.stack([data[f"{_key(name)}_errors"][()] for name in model.names], axis=1)
-    arrays = {name: group[name][()] for name in ESTIMATE}
-    if MASKS[0] in group:
-        masks = {name: group[name][()] > 0 for name in MASKS}
+def _number(text: str) -> float:
+    """Return a number that the provenance tells; raise InputError where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"its provenance says {shortened(repr(text))}, which is no number") from None
+
+
+def _estimate(
+    model: Model, arrays: Mapping[str, Any], vector: Array, sigma: Array, given: tuple[str, ...]
+) -> Estimate:
+    if MASKS[0] in arrays and MASKS[1] in arrays:
+        masks = {name: arrays[name] for name in MASKS}
     else:
         # Before version 0.2: a bound has no σ; what the data cannot tell has one, and no correlations.
         fitted = np.isfinite(vector) & ~np.isin(model.names, given)
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
-    return Estimate(vector=vector, sigma=sigma, **arrays, **masks)
+    return Estimate(vector=vector, sigma=sigma, **{name: arrays[name] for name in ESTIMATE}, **masks)
 
 
 def _key(name: str) -> str:
@@ -164,9 +240,15 @@ def _key(name: str) -> str:
     return "wavelength_of_model" if name == "wavelength" else name
 
 
-def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
-    """Names that a file of an earlier version does not hold."""
-    return tuple(text.decode() for text in group[name][()]) if name in group else ()
+def _names(group: h5py.Group, name: str, model: Model) -> tuple[str, ...]:
+    """Return names of parameters, which a file of an earlier version does not hold."""
+    found = read_texts(group, name) if name in group else ()
+    for each in found:
+        if each not in model.names:
+            raise InputError(
+                f"{clean(group.name)}/{name} names {shortened(repr(each))}, no parameter of its model"
+            )
+    return found
 
 
 def _model_of(name: str, data: h5py.Group) -> Model:

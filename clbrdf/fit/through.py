@@ -87,6 +87,15 @@ class Through(Record):
         """Return what is seen in the N directions."""
         return observation_of(self.instrument, self.angle, directions, self.levels)
 
+    def elsewhere(self, scan: Scan) -> Through:
+        """Return the same for the directions of another scan, all with the highest of these levels."""
+        angle, n = None, len(scan)
+        if self.instrument.aperture is not None:
+            angle = np.full(n, self.instrument.aperture.angle)
+        elif self.angle is not None:
+            angle = own_angle(scan)
+        return replace(self, angle=angle, levels=np.tile(self.levels.max(axis=0), (n, 1)))
+
     def part(self, places: npt.NDArray[np.intp] | npt.NDArray[np.bool_], levels: Levels) -> Through:
         """Return the same for some of the directions, with other levels."""
         return replace(self, angle=None if self.angle is None else self.angle[places], levels=levels)
@@ -104,11 +113,9 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument) -> Through | No
         return None
     n, angle = len(scan), None
     if isinstance(told, str) and told == SCAN:
-        known = scan.solid_angle is not None and np.isfinite(scan.solid_angle) & (scan.solid_angle > 0.0)
-        if scan.solid_angle is None or not np.any(known):
+        instrument, source, angle = Instrument(), "the scan file", own_angle(scan)
+        if angle is None:
             return None
-        instrument, source = Instrument(), "the scan file"
-        angle = np.where(known, cone_angle(np.where(known, scan.solid_angle, 0.0)), 0.0)
     elif isinstance(told, Instrument):
         instrument, source = told, "the call"
         if not told.on():
@@ -119,6 +126,17 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument) -> Through | No
         angle = np.full(n, instrument.aperture.angle)
     check_horizon(instrument, angle, scan.directions, source)
     return Through(instrument, source, angle, np.zeros((n, len(CONES)), dtype=np.uint8))
+
+
+def own_angle(scan: Scan) -> Array | None:
+    """Return the full angle (N,) of the cone that a scan's receiver takes, degrees; 0 where it is not known.
+
+    None where it is known nowhere.
+    """
+    solid = scan.solid_angle
+    if solid is None or not np.isfinite(solid).any():
+        return None
+    return np.asarray(cone_angle(np.where(np.isfinite(solid), solid, 0.0)))
 
 
 Polish = Callable[[Observation, Solution], Solution]

@@ -177,7 +177,7 @@ class TestFit:
             ),
             (
                 "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,180,x\n",
-                "line 2: a cell is missing or not a number",
+                "line 2, column weight: 'x' is not a number",
             ),
             (
                 "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,180,1\n30,0,180,1\n",
