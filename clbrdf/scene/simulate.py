@@ -174,6 +174,7 @@ def simulate(
         if block.flagged is not None:
             flags[part] = block.flagged * np.uint32(1 << len(FLAGS))
         report(part.stop, n)
+    solid, bandpass = receiver(scene, n)
     return Scan(
         setting.nominal.theta_i,
         np.zeros(1),
@@ -186,7 +187,8 @@ def simulate(
         flag_names=flag_names(scene),
         sample=scene.sample,
         instrument=instrument(scene),
-        **receiver(scene),
+        solid_angle=solid,
+        bandpass=bandpass,
         provenance={"made_by": "clbrdf simulate", "seed": str(scene.seed)},
     )
 
@@ -201,15 +203,13 @@ def flag_names(scene: Scene) -> tuple[str, ...]:
     return FLAGS if scene.effects.saturation is None else (*FLAGS, SATURATED)
 
 
-def receiver(scene: Scene) -> dict[str, float]:
-    """Return what a scan says of its receiver: solid angle in sr, bandpass in nm, where they are not 0."""
+def receiver(scene: Scene, directions: int) -> tuple[Array | None, Array | None]:
+    """Return what a scan says of its receiver: solid angles (N,), sr, and bandpass (W,), nm; None for none."""
     aperture, bandwidth = scene.effects.aperture, scene.effects.bandwidth
-    out = {}
-    if aperture is not None:
-        out["solid_angle"] = solid_angle(aperture.angle)
-    if bandwidth is not None:
-        out["bandpass"] = bandwidth.width
-    return out
+    return (
+        None if aperture is None else np.full(directions, solid_angle(aperture.angle)),
+        None if bandwidth is None else np.full(len(scene.wavelength), bandwidth.width),
+    )
 
 
 def instrument(scene: Scene) -> str:
