@@ -171,7 +171,7 @@ def fit(
             raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
-    behind = instrument_behind(scan, through)
+    behind = instrument_behind(scan, through, smooth is not None)
     where = device or choose_device()
 
     def problem_of(places: npt.NDArray[np.intp], seen: Observation | None = None) -> Problem:
@@ -198,7 +198,7 @@ def fit(
         else:
             jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, covariance, seen = joined(parts), None, None
+    solution, covariance, seen, slit = joined(parts), None, None, None
     if behind is not None:
 
         def polished(observation: Observation, found: Solution) -> Solution:
@@ -211,11 +211,11 @@ def fit(
             *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
             polished,
         )
-        seen = behind.observation(scan.directions)
+        seen, slit = behind.observation(scan.directions), behind.slit(scan.wavelength[fitted])
     if smooth is not None:
         problem = problem_of(fitted, seen)
         solution = start_each_other(problem, solution)
-        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -229,7 +229,7 @@ def fit(
         seed=seed,
     )
     forward = ForwardModel.of(chosen, Observation.points(scan.directions) if seen is None else seen)
-    estimate, goodness, status = assemble(scan, forward, setup, solution, covariance)
+    estimate, goodness, status = assemble(scan, forward, setup, solution, covariance, slit)
     return Fit(
         scan=scan,
         model=chosen,

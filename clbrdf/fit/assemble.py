@@ -28,17 +28,24 @@ BOUND_TOLERANCE = 1e-9
 
 
 def assemble(
-    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, covariance: Array | None = None
+    scan: Scan,
+    seen: ForwardModel,
+    setup: Setup,
+    solution: Solution,
+    covariance: Array | None = None,
+    slit: Array | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `seen` is the model as the detector sees it in the scan's directions.
     `covariance` (K, P, P), of the coordinates at the K fitted wavelengths, replaces the one of the data
-    alone.
+    alone. `slit` (K, K) says what each of them is seen as.
     """
     fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
     vector, at_bound, values = _settled(scan, seen, setup, solution, known)
+    if slit is not None:
+        values = slit @ values
     result = _uncertainty(scan, seen, setup, vector, at_bound, values)
     deviation = result.sigma
     if covariance is not None:

@@ -138,10 +138,7 @@ class Fit(Record):
 
     def observed(self) -> Array:
         """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
-        if self.through is None:
-            return self.evaluate()
-        out: Array = ForwardModel.of(self.model, self.observation).brdf(self.vector[:, None, :]).T
-        return out
+        return self.evaluate() if self.through is None else self._seen(self.observation)
 
     def predict_seen(self, scan: Scan) -> Array:
         """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
@@ -150,8 +147,15 @@ class Fit(Record):
         """
         if self.through is None:
             return self.evaluate(scan.directions)
-        observation = self.through.elsewhere(scan).observation(scan.directions)
+        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+
+    def _seen(self, observation: Observation) -> Array:
+        assert self.through is not None
         out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        fitted = self.setup.fitted
+        slit = self.through.slit(self.wavelength[fitted])
+        if slit is not None:
+            out[:, fitted] = out[:, fitted] @ slit.T
         return out
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from clbrdf.fit.normal_equations import normal_equations
 from clbrdf.fit.polish import EXACT, polish
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.slit import band_covariance, banded, slit_equations
 from clbrdf.fit.solve import Solution
 
 Array = npt.NDArray[np.float64]
@@ -63,7 +64,9 @@ def start_each_other(problem: Problem, solution: Solution) -> Solution:
     return replace(solution, coordinates=q, objective=energy, converged=converged, evaluations=evaluations)
 
 
-def smooth(problem: Problem, solution: Solution, wavelength: Array, change: float) -> tuple[Solution, Array]:
+def smooth(
+    problem: Problem, solution: Solution, wavelength: Array, change: float, slit: Array | None = None
+) -> tuple[Solution, Array]:
     """Return the penalised solution, and the covariance (W, P, P) of its coordinates.
 
     Parameters
@@ -76,6 +79,8 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
         nm.
     change : float
         τ, positive.
+    slit : (W, W) float64, optional
+        What each wavelength is seen as (`clbrdf.fit.slit`).
     """
     from scipy.linalg import solveh_banded
 
@@ -90,13 +95,20 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
     def phi(q: Array, energy: Array) -> float:
         return float((energy / noise).sum() + (stiffness * np.diff(q, axis=0) ** 2).sum())
 
+    def equations(q: Array) -> tuple[Array, Array, list[Array]]:
+        if slit is not None:
+            found = slit_equations(problem, slit, noise, q)
+            return found.energy, found.gradient, found.blocks
+        energy, h, H = normal_equations(problem, q)
+        return energy, h / noise[:, None], [H / noise[:, None, None]]
+
     q, damping = solution.coordinates.copy(), 1e-3
-    energy, h, H = normal_equations(problem, q)
+    energy, h, blocks = equations(q)
     now, converged = phi(q, energy), False
     for _ in range(MOST_ITERATIONS):
-        gradient = h / noise[:, None] + _pull(stiffness, q)
+        gradient = h + _pull(stiffness, q)
         held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0)) | given
-        band = _banded(H / noise[:, None, None], stiffness, held)
+        band = _banded(blocks[0], stiffness, held) if slit is None else banded(blocks, stiffness, held)
         # A coordinate that nothing feels, neither data nor neighbours, stays where it is.
         unfelt = band[0] <= 1e-14 * band[0].max()
         band[0] = np.where(unfelt, band[0].max(), band[0] * (1.0 + damping))
@@ -108,20 +120,23 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
                 break
             continue
         trial = np.clip(q + np.clip(step, -0.25 * span, 0.25 * span), problem.lower, problem.upper)
-        trial_energy, trial_h, trial_H = normal_equations(problem, trial)
+        trial_energy, trial_h, trial_blocks = equations(trial)
         trial_phi = phi(trial, trial_energy)
         if damping <= 1.0 and -0.5 * (step * gradient).sum() <= TOLERANCE * now:
             converged = True
             break
         if trial_phi < now:
-            q, energy, h, H, now = trial, trial_energy, trial_h, trial_H, trial_phi
+            q, energy, h, blocks, now = trial, trial_energy, trial_h, trial_blocks, trial_phi
             damping = max(damping / 3.0, 1e-12)
         elif damping > 1e12:
             break
         else:
             damping *= 4.0
     held = (q <= problem.lower) | (q >= problem.upper)
-    covariance = _covariance(H / noise[:, None, None], stiffness, held)
+    if slit is None:
+        covariance = _covariance(blocks[0], stiffness, held)
+    else:
+        covariance = band_covariance(banded(blocks, stiffness, held), p)
     done = np.full(w, converged) | (energy <= EXACT)
     ends = replace(solution, coordinates=q, objective=energy, converged=done)
     return ends, covariance

@@ -22,9 +22,11 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.normal_equations import CHUNK_BYTES
 from clbrdf.fit.shared import inverse_of
+from clbrdf.fit.slit import slit_matrix
 from clbrdf.fit.solve import Solution
 from clbrdf.geometry import Directions
 from clbrdf.instrument.aperture import cone_angle
+from clbrdf.instrument.bandwidth import Bandwidth
 from clbrdf.instrument.place import CONES, LADDER, check_horizon, observation_of
 from clbrdf.instrument.settings import Instrument, load_instrument
 from clbrdf.models import Model
@@ -87,6 +89,11 @@ class Through(Record):
         """Return what is seen in the N directions."""
         return observation_of(self.instrument, self.angle, directions, self.levels)
 
+    def slit(self, wavelength: Array) -> Array | None:
+        """Return what each of the fitted wavelengths (K,) is seen as, (K, K); None for itself alone."""
+        band = self.instrument.bandwidth
+        return None if band is None else slit_matrix(band, wavelength)
+
     def elsewhere(self, scan: Scan) -> Through:
         """Return the same for the directions of another scan, all with the highest of these levels."""
         angle, n = None, len(scan)
@@ -101,20 +108,27 @@ class Through(Record):
         return replace(self, angle=None if self.angle is None else self.angle[places], levels=levels)
 
 
-def instrument_behind(scan: Scan, told: str | Path | Instrument) -> Through | None:
-    """Return the instrument that a fit is told to look through; None for points.
+def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -> Through | None:
+    """Return the instrument that a fit, smooth or not, is told to look through; None for points.
+
+    What the scan says of its bandpass is taken by smooth fits, where it is not finer than the wavelengths.
 
     Raises
     ------
     InputError
-        A file that is missing or names no geometry; a cone that reaches below the horizon.
+        A file that is missing or names no geometry; a cone that reaches below the horizon; a bandwidth for a
+        fit that is not smooth, or one that is finer than the wavelengths.
     """
     if isinstance(told, str) and told == POINT:
         return None
     n, angle = len(scan), None
     if isinstance(told, str) and told == SCAN:
         instrument, source, angle = Instrument(), "the scan file", own_angle(scan)
-        if angle is None:
+        band = scan.bandpass
+        apart = np.diff(scan.wavelength).max(initial=0.0)
+        if smooth and band is not None and np.ptp(band) == 0.0 and band[0] >= apart > 0.0:
+            instrument = Instrument(bandwidth=Bandwidth(width=float(band[0])))
+        if angle is None and not instrument.on():
             return None
     elif isinstance(told, Instrument):
         instrument, source = told, "the call"
@@ -124,6 +138,13 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument) -> Through | No
         instrument, source = load_instrument(told), Path(told).name
     if instrument.aperture is not None:
         angle = np.full(n, instrument.aperture.angle)
+    if instrument.bandwidth is not None:
+        if not smooth:
+            raise InputError(
+                f"{source}: bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01), or leave"
+                " bandwidth out"
+            )
+        slit_matrix(instrument.bandwidth, scan.wavelength)
     check_horizon(instrument, angle, scan.directions, source)
     return Through(instrument, source, angle, np.zeros((n, len(CONES)), dtype=np.uint8))
 
@@ -180,7 +201,11 @@ def look_through(
         observation = through.observation(scan.directions)
         if not observation.is_points:
             solution = polish(observation, solution)
-        if raised == MOST_RAISES or not search.moved(through, observation, solution, free, limits):
+        if (
+            raised == MOST_RAISES
+            or not through.cones
+            or not search.moved(through, observation, solution, free, limits)
+        ):
             break
     return solution, through
 

@@ -59,12 +59,16 @@ def search_lines(search: Search) -> tuple[str, ...]:
 def through_lines(fit: Fit) -> tuple[str, ...]:
     """Return what a fit took the detector to see, in words; empty where nothing tells of an instrument."""
     through, scan = fit.through, fit.scan
+    band = scan.bandpass is not None and (through is None or through.instrument.bandwidth is None)
+    apart = ("the scan's bandpass is left out; smooth fits take one as wide as wavelengths are apart",)
     if through is None:
-        if scan.solid_angle is None:
-            return ()
-        return ("points; the aperture that the scan tells of is left out",)
+        aperture = scan.solid_angle is not None
+        points = ("points; the aperture that the scan tells of is left out",)
+        return (*(points if aperture else ()), *(apart if band else ()))
     names = [f"{name} {_cone(through, name)}" for k, name in enumerate(CONES) if k in through.cones]
-    names += [name for name in through.instrument.on() if name not in CONES]
+    names += [name for name in through.instrument.on() if name not in (*CONES, "bandwidth")]
+    if through.instrument.bandwidth is not None:
+        names.append(f"bandwidth {through.instrument.bandwidth.width:.4g} nm")
     lines = [f"{', '.join(names)}, as {through.source} says"]
     for k in through.cones:
         rules = [LADDER[level] for level in np.unique(through.levels[:, k])]
@@ -80,7 +84,7 @@ def through_lines(fit: Fit) -> tuple[str, ...]:
                 nodes = f" ({span([rule.count for rule in chosen], 4)} nodes)" if kind != "point" else ""
                 parts.append(f"{count} {words}{nodes}")
         lines.append(f"{CONES[k]}: of {len(through.levels)} directions {', '.join(parts)}")
-    return tuple(lines)
+    return (*lines, *(apart if band else ()))
 
 
 def _cone(through: Through, name: str) -> str:

@@ -204,7 +204,7 @@ def flag_names(scene: Scene) -> tuple[str, ...]:
 
 
 def receiver(scene: Scene, directions: int) -> tuple[Array | None, Array | None]:
-    """Return what a scan says of its receiver: solid angles (N,), sr, and bandpass (W,), nm; None for none."""
+    """Return what a scan says of its receiver: solid angles (N,), sr, and bandpass (W,), nm, or None."""
     aperture, bandwidth = scene.effects.aperture, scene.effects.bandwidth
     return (
         None if aperture is None else np.full(directions, solid_angle(aperture.angle)),
