@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,9 +17,13 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
+from clbrdf.fit.layout import Layout, layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
+from clbrdf.fit.montecarlo import check_draws
+from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
 from clbrdf.fit.result import Fit
@@ -26,13 +31,14 @@ from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.solve import Solution, follow, joined, solve
+from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.observation import ForwardModel, Observation
+from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -52,6 +58,9 @@ __all__ = [
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
 
+PART = 1 << 14
+"""Directions that are looked at at once."""
+
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
@@ -69,6 +78,8 @@ def fit(
     smooth: float | None = None,
     through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
+    monte_carlo: int | None = None,
+    profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -113,6 +124,12 @@ def fit(
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
         tells which. An estimate: other wavelengths are not looked at.
+    monte_carlo : int, optional
+        Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
+        that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    profile : bool
+        Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
+        hold where parameters are at their limits, too, where standard uncertainties are far too small.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -135,8 +152,9 @@ def fit(
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
-        is not; shared parameters together with `smooth` or `rtol`;
+        is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
         an instrument without geometry, or one whose cones reach below the horizon;
+        `monte_carlo` together with `shared` or `smooth`, or out of range;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -159,6 +177,13 @@ def fit(
         raise InputError("shared and smooth both tie wavelengths; give one of them")
     if in_common and rtol is not None:
         raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+    check_draws(monte_carlo)
+    if monte_carlo is not None and (in_common or smooth is not None):
+        raise InputError(
+            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    if profile and (in_common or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -172,11 +197,10 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     behind = instrument_behind(scan, through, smooth is not None)
-    where = device or choose_device()
+    where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
-    def problem_of(places: npt.NDArray[np.intp], seen: Observation | None = None) -> Problem:
-        known = {name: values[places] for name, values in given.items()}
-        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known, seen)
+    def problem_of(places: npt.NDArray[np.intp], seen: Layout = layout) -> Problem:
+        return make_problem(scan, g, chosen, limits, where, given, layout=seen, places=places)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
@@ -185,9 +209,9 @@ def fit(
         problem = problem_of(sample)
         rungs = choose_settings(problem, way, seed, rtol)
         rules = rungs[0].settings
-    places = tuple(chosen.names.index(name) for name in in_common)
-    norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
     if in_common:
+        places = tuple(chosen.names.index(name) for name in in_common)
+        norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
         parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
@@ -198,24 +222,27 @@ def fit(
         else:
             jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, covariance, seen, slit = joined(parts), None, None, None
+    solution, tied, slit = joined(parts), None, None
     if behind is not None:
 
         def polished(observation: Observation, found: Solution) -> Solution:
+            seen = layout_of(chosen, scan.directions, observation)
             if in_common:
-                return follow_shared(problem_of(fitted, observation), places, norm, found)
-            return follow(lambda block: problem_of(fitted[block], observation), found)
+                return follow_shared(problem_of(fitted, seen), places, norm, found)
+            return follow(lambda block: problem_of(fitted[block], seen), found)
 
         problem = problem_of(fitted)
         solution, behind = look_through(
             *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
             polished,
         )
-        seen, slit = behind.observation(scan.directions), behind.slit(scan.wavelength[fitted])
+        layout = layout_of(chosen, scan.directions, behind.observation(scan.directions))
+        slit = behind.slit(scan.wavelength[fitted])
+    seen_problem = partial(problem_of, seen=layout)
     if smooth is not None:
-        problem = problem_of(fitted, seen)
+        problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
-        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -228,8 +255,23 @@ def fit(
         method=way.name,
         seed=seed,
     )
-    forward = ForwardModel.of(chosen, Observation.points(scan.directions) if seen is None else seen)
-    estimate, goodness, status = assemble(scan, forward, setup, solution, covariance, slit)
+    estimate, goodness, status = assemble(scan, layout, seen_problem, setup, solution, where, tied, slit)
+    drawn = None
+    if monte_carlo is not None:
+        drawn = propagate(
+            seen_problem(fitted),
+            scan.columns(fitted),
+            g[:, fitted],
+            estimate.vector[fitted],
+            estimate.sigma[fitted],
+            limits,
+            monte_carlo,
+            seed,
+            report,
+        ).placed(fitted, len(scan.wavelength))
+    if profile:
+        sums = summarise_scan(scan, g, layout, seen_problem, fitted, estimate.vector[fitted])
+        estimate = with_intervals(seen_problem(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,
@@ -240,6 +282,7 @@ def fit(
         status=status,
         through=behind,
         provenance=_provenance(setup, rules),
+        monte_carlo=drawn,
     )
 
 
@@ -344,11 +387,16 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = np.abs(scan.brdf[weights > 0.0])
-    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
-        worst = used.max() if used.max() > high else used.min()
+    smallest, largest = np.inf, 0.0
+    for first in range(0, len(scan), PART):
+        part = slice(first, first + PART)
+        used = np.abs(scan.brdf[part])
+        counts = (weights[part] > 0.0) & (used > 0.0)
+        smallest = used.min(initial=smallest, where=counts)
+        largest = used.max(initial=largest, where=counts)
+    if smallest < low or largest > high:
+        worst = largest if largest > high else smallest
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
         )
