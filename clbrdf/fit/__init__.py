@@ -15,6 +15,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.layout import layout_of
 from clbrdf.fit.lookup import LookupSettings
@@ -28,6 +29,7 @@ from clbrdf.fit.shared import shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
@@ -71,6 +73,7 @@ def fit(
     smooth: float | None = None,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -114,6 +117,9 @@ def fit(
     monte_carlo : int, optional
         Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
         that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    profile : bool
+        Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
+        hold where parameters are at their limits, too, where standard uncertainties are far too small.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -136,8 +142,8 @@ def fit(
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
-        is not; shared parameters together with `smooth` or `rtol`; `monte_carlo` together with `shared` or
-        `smooth`, or out of range;
+        is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        `monte_carlo` together with `shared` or `smooth`, or out of range;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -164,6 +170,8 @@ def fit(
         raise InputError(
             "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
         )
+    if profile and (in_common or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -218,7 +226,7 @@ def fit(
         method=way.name,
         seed=seed,
     )
-    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, tied)
+    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied)
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
@@ -232,6 +240,9 @@ def fit(
             seed,
             report,
         ).placed(fitted, len(scan.wavelength))
+    if profile:
+        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
+        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,

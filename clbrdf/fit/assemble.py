@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.problem import Problem
@@ -20,6 +21,9 @@ from clbrdf.fit.solve import Solution
 from clbrdf.fit.summary import Summary, summarise_scan
 from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
+from clbrdf.opencl.device import Device
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import evaluate_directions
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +42,7 @@ def assemble(
     problem_of: Callable[[npt.NDArray[np.intp]], Problem],
     setup: Setup,
     solution: Solution,
+    device: Device,
     tied: Tied | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
@@ -78,15 +83,33 @@ def assemble(
     status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
     status[~result.determined] = "ambiguous"
     status[~solution.converged] = "not converged"
+    where = placed(status, "no data")
+    where[~scan.mask.all(axis=0) & ~(setup.weights > 0.0).any(axis=0)] = "no weight"
     with np.errstate(invalid="ignore"):  # where nothing counts
         by_angle = np.sqrt(sums.deviation / sums.counted)
         rms = np.sqrt(sums.deviation.sum(axis=1) / sums.counted.sum(axis=1))
-    goodness = Goodness(
-        objective=placed(sums.objective, np.nan),
+    energy = placed(sums.objective, np.nan)
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return model_values(scan, layout, estimate.vector[places], device)
+
+    found = Goodness(
+        objective=energy,
         relative_rms=placed(rms, np.nan),
         relative_rms_by_incident_angle=placed(by_angle, np.nan).T.copy(),
+        **deviation_tests(scan, setup, estimate.at_bound, energy, values_of),
     )
-    return estimate, goodness, placed(status, "no data")
+    return estimate, found, where
+
+
+def model_values(scan: Scan, layout: Layout, vector: Array, device: Device) -> Array:
+    """Return what the detector sees (B, N), 1/sr, of parameters (B, P), in the order of the scan."""
+    model = layout.seen.model
+    if layout.seen.first is None:
+        return evaluate_directions(model, vector, scan.directions, get_precision("double"), device).T
+    values = np.empty((len(vector), len(scan)))
+    values[:, layout.order] = layout.seen.brdf(vector[:, None, :])
+    return values
 
 
 def _settled(
