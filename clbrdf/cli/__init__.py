@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, CycloptsError
 
 from clbrdf import __version__
-from clbrdf.errors import ClbrdfError
+from clbrdf.errors import LONGEST, ClbrdfError, shortened
 
 COMMANDS = {
     "demo": "run the main job end to end",
@@ -76,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
-        text = " ".join(str(error).split())
+        text = shortened(" ".join(str(error).split()), LONGEST)
         print(f"clbrdf: {text}", file=sys.stderr)
         return USAGE_ERROR
     except KeyboardInterrupt:
