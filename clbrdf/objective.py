@@ -63,6 +63,29 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     return np.where(usable, per_direction[:, None], 0.0)
 
 
+def unweighted(scan: Scan, weights: Array) -> dict[str, int]:
+    """How many values are not masked and have no weight all the same, by reason; those that occur.
+
+    Parameters
+    ----------
+    weights : (N, W) float64
+        From `weight_matrix`.
+    """
+    without = ~scan.mask & (weights <= 0.0)
+    sigma = np.ones(scan.brdf.shape) if scan.sigma is None else scan.sigma
+    reasons = {
+        "without an uncertainty": np.isnan(sigma),
+        "with an uncertainty of 0": sigma == 0.0,
+        "at or below 0": scan.brdf <= 0.0,
+    }
+    counts, left = {}, without
+    for reason, holds in reasons.items():
+        counts[reason] = int(np.count_nonzero(left & holds))
+        left = left & ~holds
+    counts["of weight 0"] = int(np.count_nonzero(left))
+    return {reason: count for reason, count in counts.items() if count}
+
+
 def residual_scale(scan: Scan, weights: Array) -> Array:
     """Scale s = √(g / Σ g f²), (N, W): with it E is the plain sum of (s (f_model − f))², 0 where masked.
 

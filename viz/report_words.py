@@ -111,7 +111,7 @@ def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
 
 
 MEANING = {
-    "no data": "every value is masked, there is no fit",
+    "no data": "no value was fitted: all are masked, or have no weight",
     "not converged": "the polish ran out of iterations; use these parameters with care",
     "ambiguous": "other parameters fit as well; single parameters mean little there, the BRDF does",
     "at bound": "at least one parameter stands at its limit and has no uncertainty",

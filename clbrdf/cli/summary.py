@@ -13,6 +13,7 @@ from rich.table import Table
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import gathered, search_lines
+from clbrdf.objective import unweighted
 from clbrdf.scan import Scan
 
 MOST_REMARKS = 8
@@ -48,6 +49,11 @@ def print_scan(title: str, scan: Scan) -> None:
         positive = known & (scan.brdf > 0.0)
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
+        for count, word in (
+            (np.count_nonzero(good & np.isnan(scan.sigma)), "have none"),
+            (np.count_nonzero(good & (scan.sigma == 0.0)), "have 0"),
+        ):
+            text += f"; {count} {word}" if count else ""
         rows.append(["uncertainties", text])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
@@ -172,6 +178,7 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ],
         ["not finite", f"{int(search.not_finite.sum())} evaluations, refused"],
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
+        *_unweighted(fit),
         ["device", search.device],
     ]
     held = fixed_words(fit)
@@ -191,6 +198,16 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         lines.insert(2 + k, ["next better" if k else "chosen search", text])
     print_table("", ("fit", ""), lines, left=2)
     _print_remarks(fit)
+
+
+def _unweighted(fit: Fit) -> list[list[str]]:
+    """Return a row on values that are not masked and were not fitted, none where there are none."""
+    counts = unweighted(fit.scan, fit.setup.weights)
+    return (
+        [["no weight", ", ".join(f"{count} values {reason}" for reason, count in counts.items())]]
+        if counts
+        else []
+    )
 
 
 def fixed_words(fit: Fit) -> str:
