@@ -58,7 +58,7 @@ lint: .venv/installed-dev tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	cd build/tree && PYTHONPATH=. ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache --no-logo
-	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p clbrdf
+	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy -p clbrdf
 
 format: .venv/installed-dev
 	$(BIN)/ruff check --fix .

@@ -116,6 +116,7 @@ def test_sums_over_ten_million_points(device):
         np.zeros(n),
         np.zeros(1, np.uint32),
         device,
+        np.arange(n),
     )
     end = polish(problem, diffuse[None, None, :])
     # The limits leave kd a relative play of 1e-9; the sum itself adds N ulp at most, 1e-9 relative.

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError, shortened
+from clbrdf.fit.carried import Part
+from clbrdf.fit.goodness import deviation_tests
+from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
@@ -26,7 +31,18 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 ESTIMATE = ("correlation", "condition")
-GOODNESS = ("objective", "relative_rms", "relative_rms_by_incident_angle")
+GOODNESS = (
+    "objective",
+    "relative_rms",
+    "relative_rms_by_incident_angle",
+    "degrees",
+    "chi2_reduced",
+    "scatter",
+    "lag_one",
+    "lag_score",
+    "lack_of_fit",
+    "repeats",
+)
 SEARCH = ("evaluations", "starts", "agreeing", "acceptance", "not_finite")
 SETUP = ("weights", "bounds")
 """Arrays of each record that go to the file under their own names."""
@@ -45,8 +61,21 @@ SCHEMA = (
     Item("weights", ("N", "W")),
     Item("bounds", ("P", "2")),
     *(Item(name, ("W", "P"), kind="truth", required=False) for name in MASKS),
+    *(Item(name, ("W",), required=False) for name in GOODNESS[3:-1]),
+    Item("repeats", ("W",), kind="whole", required=False),
 )
 """Arrays of N directions × W wavelengths, I incident zeniths, P parameters."""
+
+MONTE_CARLO = (
+    Item("intervals", ("2", "2", "W", "P")),
+    Item("median", ("W", "P")),
+    Item("at_bound", ("W", "P")),
+    Item("converged", ("W",)),
+    Item("departs", ("W", "P"), kind="truth"),
+)
+DRAWN = (Item("draws", kind="whole"), Item("seed", kind="whole"))
+PART = (Item("own", ("W", "P", "P")), Item("modes", ("M", "W", "P")))
+COMMON = (Item("is_common", kind="truth"),)
 
 SINGLE = (Item("smooth"), Item("rtol"), Item("left_out", kind="whole"))
 
@@ -72,6 +101,10 @@ def write(fit: Fit, group: h5py.Group) -> None:
         key = _key(row.name)
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
+        if estimate.lower is not None and estimate.upper is not None:
+            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
+                meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
+                hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
     codes = np.array([STATUSES.index(str(s)) for s in fit.status], dtype=np.uint8)
     hdf5.field(group, "status", codes, "").attrs["names"] = list(STATUSES)
@@ -85,6 +118,19 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    parts = hdf5.group(group, "uncertainty", "NXcollection")
+    for k, part in enumerate(estimate.parts):
+        one = hdf5.group(parts, f"part_{k}", "NXcollection")
+        one["name"], one["words"], one["is_common"] = part.name, part.words, np.uint8(part.is_common)
+        hdf5.field(one, "own", part.own, "1", "covariance at each wavelength by itself")
+        hdf5.field(one, "modes", part.modes, "1", "errors that wavelengths have in common")
+    if fit.monte_carlo is not None:
+        drawn = hdf5.group(group, "monte_carlo", "NXcollection")
+        drawn["draws"], drawn["seed"] = fit.monte_carlo.draws, fit.monte_carlo.seed
+        for item in MONTE_CARLO:
+            value = getattr(fit.monte_carlo, item.name)
+            truth = item.kind == "truth"
+            hdf5.field(drawn, item.name, value.astype(np.uint8) if truth else value, "" if truth else "1")
     # For readers of the file: the program finds remarks anew from the numbers.
     group["remarks"] = [remarks_line(remarks) for remarks in fit.remarks]
     hdf5.write_mapping(group, "provenance", fit.provenance)
@@ -124,16 +170,28 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         raise InputError(f"{clean(group.name)}/status holds {said}, which is no status; make the file again")
     given = _names(group, "given", model)
     provenance = hdf5.read_mapping(group, "provenance")
+    setup = _setup(group, model, arrays, vector, given, provenance)
+    estimate = _estimate(model, arrays, vector, sigma, given, _parts(group, lengths))
     return {
         "scan": scan,
         "model": model,
-        "setup": _setup(group, model, arrays, vector, given, provenance),
-        "estimate": _estimate(model, arrays, vector, sigma, given),
-        "goodness": Goodness(**{name: arrays[name] for name in GOODNESS}),
+        "setup": setup,
+        "estimate": _with_intervals(data, model, estimate),
+        "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
         "provenance": provenance,
+        "monte_carlo": _monte_carlo(group, lengths),
     }
+
+
+def _monte_carlo(group: h5py.Group, lengths: Mapping[str, int]) -> MonteCarlo | None:
+    if "monte_carlo" not in group:
+        return None
+    drawn = group["monte_carlo"]
+    arrays: dict[str, Any] = read_items(drawn, MONTE_CARLO, lengths)
+    counts = read_items(drawn, DRAWN)
+    return MonteCarlo(int(counts["draws"]), int(counts["seed"]), **arrays)
 
 
 def _setup(
@@ -176,7 +234,12 @@ def _number(text: str) -> float:
 
 
 def _estimate(
-    model: Model, arrays: Mapping[str, Any], vector: Array, sigma: Array, given: tuple[str, ...]
+    model: Model,
+    arrays: Mapping[str, Any],
+    vector: Array,
+    sigma: Array,
+    given: tuple[str, ...],
+    parts: tuple[Part, ...],
 ) -> Estimate:
     if MASKS[0] in arrays and MASKS[1] in arrays:
         masks = {name: arrays[name] for name in MASKS}
@@ -185,7 +248,60 @@ def _estimate(
         fitted = np.isfinite(vector) & ~np.isin(model.names, given)
         alone = np.isnan(np.diagonal(arrays["correlation"], axis1=1, axis2=2))
         masks = {"at_bound": fitted & np.isnan(sigma), "undetermined": fitted & ~np.isnan(sigma) & alone}
-    return Estimate(vector=vector, sigma=sigma, **{name: arrays[name] for name in ESTIMATE}, **masks)
+    named = {name: arrays[name] for name in ESTIMATE}
+    return Estimate(vector=vector, sigma=sigma, **named, **masks, parts=parts)
+
+
+def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
+    """Read what makes the uncertainties; files before version 0.2 do not hold it."""
+    if "uncertainty" not in group:
+        return ()
+    check_group(group["uncertainty"])
+    found = (group["uncertainty"][f"part_{k}"] for k in range(len(group["uncertainty"])))
+    return tuple(
+        Part(
+            hdf5.read_text(one, "name"),
+            hdf5.read_text(one, "words"),
+            **read_items(one, PART, lengths),
+            is_common=bool(read_items(one, COMMON)["is_common"]),
+        )
+        for one in found
+    )
+
+
+def _with_intervals(data: h5py.Group, model: Model, estimate: Estimate) -> Estimate:
+    """Add the profile-likelihood intervals, where the file holds them."""
+    names = [f"{_key(name)}_{end}" for end in ("lower", "upper") for name in model.names]
+    if not all(name in data for name in names):
+        return estimate
+    found = read_items(
+        data,
+        [
+            Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit))
+            for row in model.parameters
+            for end in ("lower", "upper")
+        ],
+        {"W": len(estimate.vector)},
+    )
+    lower, upper = (
+        np.stack([found[f"{_key(name)}_{end}"] for name in model.names], axis=1) for end in ("lower", "upper")
+    )
+    return replace(estimate, lower=lower, upper=upper)
+
+
+def _goodness(
+    arrays: Mapping[str, Any], scan: Scan, model: Model, setup: Setup, estimate: Estimate
+) -> Goodness:
+    held = {name: arrays[name] for name in GOODNESS if name in arrays}
+    if len(held) == len(GOODNESS):
+        return Goodness(**held)
+    # Before version 0.2 a file held some of them.
+    seen = ForwardModel(model, model.features(scan.directions))
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return seen.brdf(estimate.vector[places][:, None, :])
+
+    return Goodness(**deviation_tests(scan, setup, estimate.at_bound, held["objective"], values_of) | held)
 
 
 def _key(name: str) -> str:

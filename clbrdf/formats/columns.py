@@ -6,8 +6,9 @@ unit is the end of the name:
 - ``wavelength_nm`` (or _um, _mm, _m, _angstrom), ``theta_i_deg``, ``theta_r_deg`` (or _rad, _mrad)
 - ``dphi_deg``, φr − φi with 180 forward; or ``phi_i_deg`` and ``phi_r_deg``; without them zeniths have signs
 - ``fr_per_sr`` or ``brdf_per_sr``; or ``reflectance_factor``, π f; an empty cell is a value not measured
-- optional: ``fr_std_per_sr`` (1σ, may be empty), ``sample``, ``flag`` (reasons joined by ";"; any reason
-  masks the value), ``bandpass_nm``, ``solid_angle_sr``
+- optional: ``fr_std_per_sr`` (1σ, may be empty), ``fr_std_common_per_sr`` (1σ of an error that all values
+  have in common; ``fr_std_per_sr`` is that of the rest then), ``sample``, ``flag`` (reasons joined by ";";
+  any reason masks the value), ``bandpass_nm``, ``solid_angle_sr``
 
 Other names in use are known, too (``incidence``, ``emission``, ``azimuth``, …), and columns with other
 names are left out. The separator is the comma, the semicolon, the tab or white space. A direction that occurs
@@ -192,9 +193,10 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
     for name in ("bandpass", "solid_angle"):
         if name in columns:
             put(name, name, empty=True)
-    if "sigma" in columns:
-        sigma = put("sigma", "sigma", empty=True)
-        check("sigma", (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
+    for name in ("sigma", "common"):
+        if name in columns:
+            sigma = put(name, name, empty=True)
+            check(name, (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
     rows.lines.append(np.array(block.lines, dtype=np.float64))
     samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
     numbers = [
@@ -284,6 +286,7 @@ def _reading(
         bands,
         stated,
         sigma=columns["sigma"][rows] if "sigma" in columns else None,
+        common=columns["common"][rows] if "common" in columns else None,
         flags=flags[rows],
         lines=lines[rows],
         flag_names=names,

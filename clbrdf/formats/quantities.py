@@ -60,6 +60,7 @@ LONG = {
     "factor": Quantity(("reflectance_factor", "brf", "brrf"), {"1": 1.0}),
     "dsf": Quantity(("dsf", "ccbrdf", "ccbsdf"), VALUE_UNITS),
     "sigma": Quantity(("fr_std", "brdf_std", "fr_errors", "brdf_errors"), VALUE_UNITS),
+    "common": Quantity(("fr_std_common", "brdf_std_common"), VALUE_UNITS),
     "solid_angle": Quantity(("solid_angle",), units.SOLID_ANGLE),
     "sample": Quantity(("sample",), None),
     "band": Quantity(("band",), None),

@@ -352,7 +352,7 @@ class Scan(Record):
             hdf5.field(data, "solid_angle", self.solid_angle, "sr", "solid angle of the receiver")
         if self.bandpass is not None:
             hdf5.field(data, "bandpass", self.bandpass, "nm", "full width at half maximum")
-        write_components(data, self.components, angles)
+        write_components(data, self.components, angles, self.brdf.shape)
         for name in POLARISATIONS:
             if getattr(self, name) != "unknown":
                 entry["instrument"].attrs[name] = getattr(self, name)
