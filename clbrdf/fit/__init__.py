@@ -37,7 +37,7 @@ from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_thro
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.objective import weight_matrix
+from clbrdf.objective import unweighted, weight_matrix
 from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
@@ -193,7 +193,11 @@ def fit(
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         if not scan.mask.all():
-            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+            counts = ", ".join(f"{count} {reason}" for reason, count in unweighted(scan, g).items())
+            raise InputError(
+                f"nothing to fit: no value has a weight ({counts}); give uncertainties above 0, or other"
+                " weights"
+            )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     behind = instrument_behind(scan, through, smooth is not None)
