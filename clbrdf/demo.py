@@ -9,7 +9,8 @@ from pathlib import Path
 from clbrdf.errors import InputError
 from clbrdf.fit import Fit, fit
 from clbrdf.optimizers.check import check_fit, sample_places
-from clbrdf.optimizers.processes import usable_cores
+from clbrdf.parallel.executor import usable_cores
+from clbrdf.parallel.processes import pool
 from clbrdf.progress import Report
 from clbrdf.rig.demo_scan import measure_demo_scan
 from clbrdf.scan import Scan
@@ -61,7 +62,8 @@ def demo(folder: Path, overwrite: bool, report: Report) -> tuple[Fit, list[DemoS
     result = fit(scan, weights="sigma", report=report)
     result.save(folder / "fit.h5", overwrite)
     done(f"fit {len(scan.wavelength)} wavelengths", "fit.h5")
-    verdicts = check_fit(result, sample_places(result, CHECKED), processes=usable_cores(), report=report)
+    with pool(usable_cores()) as executor:
+        verdicts = check_fit(result, sample_places(result, CHECKED), executor=executor, report=report)
     agreed = sum(verdict.word != "worse" for verdict in verdicts)
     done(f"search {len(verdicts)} of them again with two other optimizers: {agreed} at the optimum", "")
     save_figure(measured_and_model(result), folder / "curves.png", overwrite)

@@ -20,7 +20,8 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     ----------
     scan : Scan
     weights : "none", "relative", "sigma" or (N,) array
-        1 (as in the paper); 1/f² (values at or below zero get 0); 1/σ² of the scan's uncertainties (values
+        1 (as in the paper); 1/f² (values at or below zero get 0); 1/σ² of the random part of the scan's
+        uncertainties, since what several values have in common says nothing of how they fit together (values
         without one get 0); or one weight a direction, g1(θi) g2(θr) in (13), finite and not negative.
 
     Raises
@@ -41,8 +42,14 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
                 raise InputError(
                     "weights 'sigma' need the scan's uncertainties, and it has none; use 'relative'"
                 )
-            usable &= scan.sigma > 0.0
-            out[usable] = scan.sigma[usable] ** -2.0
+            random = scan.random_sigma
+            if random is None:
+                raise InputError(
+                    "weights 'sigma' need uncertainties that differ from direction to direction, and all of"
+                    " the scan's are common to several; use 'relative'"
+                )
+            usable &= random > 0.0
+            out[usable] = random[usable] ** -2.0
         else:
             raise InputError(f"no weights are called {weights!r}; there are {', '.join(WEIGHTS)}")
         return out

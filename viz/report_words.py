@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clbrdf.fit.identifiability import by_remark
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
 
 Rows = list[tuple[str, str]]
@@ -34,8 +34,8 @@ def summary_rows(fit: Fit) -> Rows:
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
         columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
-        ("method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', 'not recorded')}"),
-        ("device", fit.device),
+        ("method", f"{fit.setup.method}, seed {fit.setup.seed}, weights {fit.setup.weighting}"),
+        ("device", fit.search.device),
     ]
     if good.size:
         rows.append(("E (13)", f"median {np.median(good):.4g}, from {good.min():.4g} to {good.max():.4g}"))
@@ -53,7 +53,7 @@ def warning_lines(fit: Fit) -> list[str]:
         here = fit.wavelength[fit.status == status]
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
-    lines += [f"{remark}, at {_listed(nm)}" for remark, nm in by_remark(fit.remarks, fit.wavelength)]
+    lines += [f"{remark}, at {_listed(nm)}" for remark, nm in gathered(fit.remarks, fit.wavelength)]
     sigma = fit.relative_rms[np.isfinite(fit.relative_rms)]
     if sigma.size and np.median(sigma) > NOTABLE_DEVIATION:
         lines.append(
@@ -61,7 +61,7 @@ def warning_lines(fit: Fit) -> list[str]:
             " wavelengths); read its parameters with that in mind"
         )
     lines += _mask_lines(fit.scan)
-    refused, spent = int(fit.not_finite.sum()), int(fit.evaluations.sum())
+    refused, spent = int(fit.search.not_finite.sum()), int(fit.search.evaluations.sum())
     if refused > NOTABLE_REFUSALS * spent:
         lines.append(f"{refused} of {spent} evaluations of the search were not finite and were refused")
     repeated = fit.scan.repeated_directions()
@@ -105,7 +105,7 @@ def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
         for name in fit.model.names:
             row += [float(fit.parameters[name][k]), float(fit.sigma[name][k])]
         row.append(float(fit.objective[k]))
-        row += [100.0 * float(v) for v in fit.relative_rms_by_incident_angle[:, k]]
+        row += [100.0 * float(v) for v in fit.goodness.relative_rms_by_incident_angle[:, k]]
         rows.append([*row, str(fit.status[k])])
     return names, rows
 

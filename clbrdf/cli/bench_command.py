@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -28,6 +27,7 @@ from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.opencl.device import Device, choose_device
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.storage.files import check_apart, check_output, whole_text
@@ -108,8 +108,8 @@ def command(
 
 
 def _throughput(device: Device) -> dict[str, object]:
-    with tempfile.TemporaryDirectory() as folder, progress_bar("rounds") as report:
-        rows = race(contenders_on(device, Path(folder)), report=report)
+    with scratch_folder() as folder, progress_bar("rounds") as report:
+        rows = race(contenders_on(device, folder), report=report)
     start = measure_start()
     print(f"{device}, {device.compute_units} units\n")
     for group in ("fp32", "fp64"):

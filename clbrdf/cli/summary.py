@@ -11,8 +11,9 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
-from clbrdf.fit.identifiability import by_remark
+from clbrdf.cli.uncertainty_tables import print_components, print_draws, print_parts, total_words
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import gathered, search_lines
 from clbrdf.scan import Scan
 
 MOST_REMARKS = 8
@@ -49,11 +50,14 @@ def print_scan(title: str, scan: Scan) -> None:
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
         rows.append(["uncertainties", text])
+        if scan.components:
+            rows.append(["of them", total_words(scan)])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
     rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
+    print_components(scan)
 
 
 def _origin(key: str) -> str:
@@ -134,7 +138,9 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
     name, *parameters = _columns(fit, shown)
     deviations = [
         (f"σr {angle:g}°", [number(100.0 * row[k], 3) for k in shown])
-        for angle, row in zip(fit.scan.incident_angles, fit.relative_rms_by_incident_angle, strict=True)
+        for angle, row in zip(
+            fit.scan.incident_angles, fit.goodness.relative_rms_by_incident_angle, strict=True
+        )
     ]
     if len(deviations) > MOST_ANGLES:
         deviations = []
@@ -149,39 +155,49 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         if deviations:
             console.print(_table("σr (%) for each incident zenith", [name, *deviations]), crop=False)
     counts = ", ".join(f"{count} {status}" for status, count in Counter(fit.status.tolist()).most_common())
-    good = np.isfinite(fit.objective)
+    good, search = np.isfinite(fit.objective), fit.search
     worst = fit.objective[good].max(initial=0.0)
     lines = [
         ["status", counts],
-        ["method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', '–')}"],
+        ["method", f"{fit.setup.method}, seed {fit.setup.seed}, weights {fit.setup.weighting}"],
         [
             "E (13)",
             f"median {number(np.median(fit.objective[good]))}, worst {number(worst)}",
         ],
         ["σr (14)", f"median {number(100 * np.median(fit.relative_rms[good]), 3)} % over all directions"],
-        ["evaluations", f"{int(np.median(fit.evaluations[good]))} a wavelength"],
+        ["evaluations", f"{int(np.median(search.evaluations[good]))} a wavelength"],
         [
-            "same end",
-            f"{int(np.median(fit.agreeing[good]))} of {int(np.median(fit.starts[good]))} starts (median)",
+            "starts that agree",
+            f"{int(np.median(search.agreeing[good]))} of {int(np.median(search.starts[good]))} (median)",
         ],
-        ["condition", f"median {number(np.median(fit.condition[good]), 3)}, of the scaled derivatives"],
-        ["not finite", f"{int(fit.not_finite.sum())} evaluations, refused"],
+        [
+            "condition",
+            f"median {number(np.median(fit.estimate.condition[good]), 3)}, of the scaled derivatives",
+        ],
+        ["not finite", f"{int(search.not_finite.sum())} evaluations, refused"],
         ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
-        ["device", fit.device],
+        ["device", search.device],
     ]
     held = fixed_words(fit)
     lines[2:2] = [*([["fixed", held]] if held else []), *(["shared", text] for text in shared_words(fit))]
-    if "left_out" in fit.provenance:
-        lines.append(["left out", fit.provenance["left_out"]])
-    if np.isfinite(fit.seconds):
+    if fit.setup.left_out:
+        lines.append(["left out", f"{fit.setup.left_out} directions, those of transmission"])
+    if np.isfinite(search.seconds):
         lines.append(
-            ["time", f"{fit.seconds:.2f} s, {1e3 * fit.seconds / max(1, good.sum()):.3g} ms a wavelength"]
+            [
+                "time",
+                f"{search.seconds:.2f} s, {1e3 * search.seconds / max(1, good.sum()):.3g} ms a wavelength",
+            ]
         )
-    if np.isfinite(fit.acceptance).any():
-        lines.insert(5, ["moves taken", f"{100 * np.nanmedian(fit.acceptance):.0f} %"])
-    for k, text in enumerate(fit.tolerance):
-        lines.insert(2 + k, ["next better" if k else "for the rtol", text])
+    if np.isfinite(search.acceptance).any():
+        lines.insert(5, ["moves taken", f"{100 * np.nanmedian(search.acceptance):.0f} %"])
+    for k, text in enumerate(search_lines(fit.search)):
+        lines.insert(2 + k, ["next better" if k else "chosen search", text])
+    if fit.monte_carlo is not None and np.isfinite(fit.monte_carlo.seconds):
+        lines.append(["Monte Carlo", f"{fit.monte_carlo.draws} draws, {fit.monte_carlo.seconds:.1f} s of it"])
     print_table("", ("fit", ""), lines, left=2)
+    print_parts(fit)
+    print_draws(fit)
     _print_remarks(fit)
 
 
@@ -210,7 +226,7 @@ def shared_words(fit: Fit) -> list[str]:
 
 def _print_remarks(fit: Fit) -> None:
     """Print what the data leave open, and where."""
-    found = by_remark(fit.remarks, fit.wavelength)
+    found = gathered(fit.remarks, fit.wavelength)
     if not found:
         return
     rows = []

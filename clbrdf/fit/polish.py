@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.seen import POINTS, library_of, upload_seen
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload, work_group
@@ -159,8 +160,12 @@ def descend(
     most_iterations: int,
     tolerance: float,
     left_out: npt.NDArray[np.bool_] | None = None,
+    across: bool | None = None,
 ) -> Polished:
     """Descend from starts (W, K, P) in one precision; those `left_out` (W, K) are not touched.
+
+    `across` says whether the lanes of a vector take wavelengths with one start each, or starts of one
+    wavelength.
 
     Raises
     ------
@@ -170,38 +175,63 @@ def descend(
     import pyopencl as cl
 
     device, dtype = problem.device, precision.dtype
-    variant = Variant.on(device, "polish", problem.model, precision, ("coordinates",), free=problem.free)
+    seen = library_of(problem.seen)
+    # A single start would leave the other lanes of a vector idle; nodes make that dear.
+    if across is None:
+        across = seen != POINTS and starts.shape[1] == 1
+    library, part = ("coordinates", seen), "wavelengths" if across else "starts"
+    variant = Variant.on(device, "polish", problem.model, precision, library, (part,), problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
-    (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
-    groups, width = -(-k // variant.lanes.width), variant.lanes.width
+    (w, n), k, width = problem.size, starts.shape[1], variant.lanes.width
+    data = [problem.target, problem.scale, problem.lower, problem.upper]
+    if across:
+        data = [_packed(values, width) for values in data]
+        lanes = _packed(starts[:, 0], width)[:, None]
+    else:
+        lanes = np.stack([_packed(one, width) for one in starts])
     # Lanes without a start of their own repeat the first, and stay where they are.
-    places = np.where(np.arange(groups * width) < k, np.arange(groups * width), 0)
-    lanes = starts[:, places].reshape(w, groups, width, p).transpose(0, 1, 3, 2)
-    done = np.ones((w, groups * width), dtype=dtype)
-    done[:, :k] = 0.0 if left_out is None else left_out
+    still = np.ones((lanes.shape[0], lanes.shape[1] * width))
+    given = np.zeros((w, k)) if left_out is None else left_out
+    if across:
+        still.reshape(-1)[:w] = given[:, 0]
+    else:
+        still[:, :k] = given
 
     def in_and_out(values: npt.NDArray[np.floating]) -> cl.Buffer:
         flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(queue.context, flags, hostbuf=np.ascontiguousarray(values, dtype=dtype))
 
-    q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * done, 0.0 * done, done)]
-    rows, groups_of_rows = upload(device, problem.features, dtype), upload(device, problem.starts)
-    data = [upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
+    q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * still, 0.0 * still, still)]
     sizes = np.uint32(len(problem.starts) - 1), np.uint32(n)
+    # Held by name until the kernel has run: it does not hold them itself.
+    observed, groups = upload_seen(device, problem.seen, dtype), upload(device, problem.starts)
+    buffers = [upload(device, values, dtype) for values in data]
     kernel(
-        *(queue, (groups, w), work_group(device, 2), rows, groups_of_rows, *sizes),
-        *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
+        *(queue, lanes.shape[1::-1], work_group(device, 2), *observed, groups, *sizes, *buffers),
+        *(np.uint32(most_iterations), dtype(tolerance), q, *ends),
     )
-    host_q = np.empty((w, groups, p, width), dtype=dtype)
-    host_ends = [np.empty((w, groups * width), dtype=dtype) for _ in range(3)]
+    host_q = np.empty(lanes.shape, dtype=dtype)
+    host_ends = [np.empty(still.shape, dtype=dtype) for _ in range(3)]
     for host, buffer in zip((host_q, *host_ends), (q, *ends), strict=True):
         cl.enqueue_copy(queue, host, buffer)
-    objective, iterations, stopped = (a[:, :k] for a in host_ends)
-    ends_q = host_q.transpose(0, 1, 3, 2).reshape(w, groups * width, p)[:, :k].astype(np.float64)
+    p = starts.shape[2]
+    if across:
+        objective, iterations, stopped = (a.reshape(-1, 1)[:w] for a in host_ends)
+        ends_q = host_q.swapaxes(2, 3).reshape(-1, 1, p)[:w]
+    else:
+        objective, iterations, stopped = (a.reshape(w, -1)[:, :k] for a in host_ends)
+        ends_q = host_q.swapaxes(2, 3).reshape(w, -1, p)[:, :k]
     return Polished(
         # The limits themselves may not be numbers of single precision.
-        coordinates=np.clip(ends_q, problem.lower[:, None], problem.upper[:, None]),
+        coordinates=np.clip(ends_q.astype(np.float64), problem.lower[:, None], problem.upper[:, None]),
         objective=objective.astype(np.float64),
         evaluations=iterations.astype(np.int64),
         converged=stopped > 0.0,
     )
+
+
+def _packed(values: Array, width: int) -> Array:
+    """Return rows (R, C) as lanes of vectors, (R / width, C, width); lanes to spare repeat the first row."""
+    r, c = values.shape
+    places = np.arange(-(-r // width) * width)
+    return values[np.where(places < r, places, 0)].reshape(-1, width, c).swapaxes(1, 2)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from clbrdf.geometry import mirror_distance
 from clbrdf.models import Model
 from clbrdf.objective import residual_scale
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
@@ -21,11 +22,15 @@ Array = npt.NDArray[np.float64]
 class Problem:
     """Minimise E = Σ (s f(x) − s m)² (13) at each of W wavelengths, within limits.
 
+    Searches take each direction as a point; what is compared to the last digit is what the detector sees.
+
     Attributes
     ----------
     model : Model
     features : (N, F) float64
         Geometry features of the directions, those with one incident direction side by side.
+    seen : ForwardModel
+        What the detector sees in them, N.
     starts : (I + 1,) uint32
         Where each group of one incident direction begins; last, N.
     target : (W, N) float64
@@ -43,10 +48,13 @@ class Problem:
         numbers whatever else is in the scan.
     device : Device
         Runs the kernels.
+    order : (N,) int
+        Place of each direction in the scan.
     """
 
     model: Model
     features: Array
+    seen: ForwardModel
     starts: npt.NDArray[np.uint32]
     target: Array
     scale: Array
@@ -56,6 +64,7 @@ class Problem:
     mirror: Array
     keys: npt.NDArray[np.uint32]
     device: Device
+    order: npt.NDArray[np.intp]
 
     @property
     def size(self) -> tuple[int, int]:
@@ -110,6 +119,7 @@ def make_problem(
     bounds: Array,
     device: Device,
     given: Mapping[str, Array] | None = None,
+    observation: Observation | None = None,
 ) -> Problem:
     """Return the problem that a scan poses.
 
@@ -124,6 +134,8 @@ def make_problem(
     device : Device
     given : mapping of str to (W,) array
         Parameters that are not fitted.
+    observation : Observation, optional
+        What the detector sees in the N directions; points if not given.
     """
     known = dict(given or {})
     limits = np.repeat(model.coordinate_bounds(bounds)[None], len(scan.wavelength), axis=0)
@@ -136,9 +148,14 @@ def make_problem(
     order = np.argsort(group, kind="stable")
     scale = residual_scale(scan, weights)[order]
     measured = np.where(scale > 0.0, scan.brdf[order], 0.0)
+    ordered = features[order]
+    seen = ForwardModel(model, ordered)
+    if observation is not None and not observation.is_points:
+        seen = ForwardModel.of(model, observation.take(order))
     return Problem(
         model=model,
-        features=features[order],
+        features=ordered,
+        seen=seen,
         starts=np.append(0, np.cumsum(np.bincount(group))).astype(np.uint32),
         target=np.ascontiguousarray((scale * measured).T),
         scale=np.ascontiguousarray(scale.T),
@@ -148,4 +165,5 @@ def make_problem(
         mirror=mirror_distance(scan.directions)[order],
         keys=scan.column_keys,
         device=device,
+        order=order,
     )

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from clbrdf.fit.problem import Problem
+from clbrdf.observation import ForwardModel
 
 
 def thinned(problem: Problem, most: int) -> Problem:
@@ -29,7 +30,9 @@ def thinned(problem: Problem, most: int) -> Problem:
     return replace(
         problem,
         features=problem.features[kept],
+        seen=ForwardModel(problem.model, problem.features[kept]),
         mirror=problem.mirror[kept],
+        order=problem.order[kept],
         target=problem.target[:, kept] * weight[kept],
         scale=problem.scale[:, kept] * weight[kept],
         starts=np.append(0, np.cumsum(np.unique(group, return_counts=True)[1])).astype(np.uint32),

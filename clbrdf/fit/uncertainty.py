@@ -12,12 +12,12 @@ NaN and leave the system. Source: Bevington and Robinson, Data Reduction and Err
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.models import Model
+from clbrdf.observation import ForwardModel
 
 Array = npt.NDArray[np.float64]
 
@@ -48,6 +48,8 @@ class Uncertainty:
         Parameters off their bounds that the data cannot tell.
     determined : (W,) bool
         No such parameter, and no fewer values than parameters.
+    covariance : (W, P, P) float64
+        0 for parameters at a bound; of those that the data cannot tell, what the others leave of it.
     """
 
     sigma: Array
@@ -55,11 +57,11 @@ class Uncertainty:
     condition: Array
     undetermined: npt.NDArray[np.bool_]
     determined: npt.NDArray[np.bool_]
+    covariance: Array
 
 
 def uncertainty(
-    model: Model,
-    features: Array,
+    seen: ForwardModel,
     parameters: Array,
     at_bound: npt.NDArray[np.bool_],
     residuals: Array,
@@ -70,8 +72,8 @@ def uncertainty(
 
     Parameters
     ----------
-    model : Model
-    features : (N, F) float64
+    seen : ForwardModel
+        Of the N directions.
     parameters : (W, P) float64
         At the optimum.
     at_bound : (W, P) bool
@@ -81,11 +83,11 @@ def uncertainty(
         Standard uncertainties of the measured values, 1/sr.
     """
     w, p = parameters.shape
-    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    size = max(1, CHUNK_BYTES // (8 * p * len(seen.features)))
     parts = []
     for first in range(0, w, size):
         rows = slice(first, first + size)
-        jacobian = model.jacobian(parameters[rows, None, :], features)
+        jacobian = seen.jacobian(parameters[rows, None, :])
         s = None if sigma is None else sigma[rows]
         parts.append(_chunk(jacobian, at_bound[rows], residuals[rows], weights[rows], s))
     return Uncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))
@@ -97,7 +99,7 @@ def _chunk(
     residuals: Array,
     weights: Array,
     sigma: Array | None,
-) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], Array]:
     """Fields of an Uncertainty from derivatives (w, N, P)."""
     root = np.sqrt(weights / weights.max(axis=1, keepdims=True))
     jacobian *= root[..., None]
@@ -138,4 +140,19 @@ def _chunk(
     lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
     condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
     condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
-    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p)
+    with np.errstate(
+        invalid="ignore"
+    ):  # 0 · ∞ for held parameters, where nothing is left to tell the scatter
+        covariance *= scale[:, :, None] * scale[:, None, :]
+    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p), covariance
+
+
+def with_covariance(found: Uncertainty, covariance: Array, held: npt.NDArray[np.bool_]) -> Uncertainty:
+    """Return uncertainties with another covariance (W, P, P); `held` (W, P) are at a bound or given."""
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    sigma = np.where(found.undetermined, np.inf, np.where(held, np.nan, deviation))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    told = ~held & ~found.undetermined
+    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
+    return replace(found, sigma=sigma, correlation=correlation, covariance=covariance)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.progress import Report, silent
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.emulator.rig import EmulatedRig
@@ -41,12 +41,12 @@ def measure_demo_scan(path: str | Path, report: Report = silent, overwrite: bool
         The file exists and `overwrite` is False, or cannot be written.
     """
     target = Path(path)
-    with tempfile.TemporaryDirectory(prefix="clbrdf-demo-") as folder:
+    with scratch_folder() as folder:
         text = sample_path("rig.toml").read_text(encoding="utf-8")
         for before, after in FASTER:
             assert before in text
             text = text.replace(before, after)
-        rig_file, plan_file = Path(folder) / "rig.toml", Path(folder) / "plan.toml"
+        rig_file, plan_file = folder / "rig.toml", folder / "plan.toml"
         rig_file.write_text(text, encoding="utf-8")
         plan_file.write_text(DEMO_PLAN, encoding="utf-8")
         budget = load_budget(sample_path("budget.toml"))

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
+from clbrdf.instrument.misalignment import misaligned
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 from clbrdf.scan.flags import FLAGS
 from clbrdf.scene.block import Block
-from clbrdf.scene.effects.misalignment import misaligned
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate
 from clbrdf.scene.random_numbers import normal
 from clbrdf.scene.scenefile import Scene

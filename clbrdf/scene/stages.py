@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.instrument import aperture, footprint
 from clbrdf.scene.block import Block
 from clbrdf.scene.detector import Exposure, expose
-from clbrdf.scene.effects import aperture, dark, footprint, lamp_drift, nonlinearity, read_noise, saturation
+from clbrdf.scene.effects import dark, lamp_drift, nonlinearity, read_noise, saturation
 from clbrdf.scene.effects import shot_noise as shot
 from clbrdf.scene.effects import stray_light as stray
 from clbrdf.scene.random_numbers import normal, uniform

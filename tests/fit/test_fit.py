@@ -17,8 +17,8 @@ from tests.reference import naive
 
 SHORT = Settings(chains=32, levels=15, starts=16)
 
-# What the brief allows a fit to be above the best E of 40 restarts of bounded least squares.
-ALLOWED = 1e-3
+# Above the best E of 40 restarts of bounded least squares: one and the same optimum, up to where both stop.
+ALLOWED = 1e-6
 
 
 def noisy(scan: Scan, relative: float, seed: int = 3) -> Scan:
@@ -79,7 +79,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_the_same_optimum(sm
         clbrdf.fit(scan, seed=seed, settings=SHORT).save(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     first, other = Fit.open(tmp_path / "a"), Fit.open(tmp_path / "c")
-    assert (first.acceptance != other.acceptance).any()
+    assert (first.search.acceptance != other.search.acceptance).any()
     np.testing.assert_allclose(first.objective, other.objective, rtol=1e-10)
 
 
@@ -193,11 +193,11 @@ def test_every_fit_reports_what_it_cost(small_scan, device):
     fit = clbrdf.fit(small_scan, settings=SHORT, device=device, report=lambda *c: calls.append(c))
     assert calls[-1][0] == calls[-1][1]
     moves = SHORT.chains * SHORT.levels * SHORT.sweeps * 6
-    assert (fit.evaluations > moves).all()
-    assert ((fit.acceptance > 0.1) & (fit.acceptance < 0.9)).all()
-    assert (fit.not_finite >= 0).all()
-    assert fit.seconds > 0.0
-    assert fit.device == str(device)
+    assert (fit.search.evaluations > moves).all()
+    assert ((fit.search.acceptance > 0.1) & (fit.search.acceptance < 0.9)).all()
+    assert (fit.search.not_finite >= 0).all()
+    assert fit.search.seconds > 0.0
+    assert fit.search.device == str(device)
 
 
 def test_settings_and_arguments_are_checked(small_scan):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from clbrdf import Fit, Scan
+from clbrdf.fit.records import Estimate, Goodness, Search, Setup
 from clbrdf.models import get_model
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
 from clbrdf.viz.page import PageSubject, save_page
@@ -30,30 +31,35 @@ def gl() -> None:
 def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged") -> Fit:
     """Return a fit with given parameters, each a number or (W,)."""
     model, w = get_model(), len(scan.wavelength)
-    values = {n: np.array(np.broadcast_to(np.asarray(parameters[n], float), w)) for n in model.names}
+    vector = np.stack([np.broadcast_to(np.asarray(parameters[n], float), w) for n in model.names], axis=1)
+    none = np.zeros(vector.shape, dtype=np.bool_)
     ones = np.ones(w)
     return Fit(
         scan=scan,
         model=model,
-        parameters=values,
-        sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
-        objective=0.004 * ones,
-        relative_rms=0.06 * ones,
-        relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+        setup=Setup(np.ones(scan.brdf.shape), "none", model.bounds(), method="by hand"),
+        estimate=Estimate(
+            vector=vector,
+            sigma=0.01 * np.abs(vector),
+            correlation=np.full((w, len(model.names), len(model.names)), np.nan),
+            condition=10.0 * ones,
+            at_bound=none,
+            undetermined=none,
+        ),
+        goodness=Goodness(
+            objective=0.004 * ones,
+            relative_rms=0.06 * ones,
+            relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+        ),
+        search=Search(
+            device="none",
+            evaluations=np.ones(w, np.int64),
+            starts=np.full(w, 8),
+            agreeing=np.full(w, 8),
+            acceptance=0.4 * ones,
+            not_finite=np.zeros(w, np.int64),
+        ),
         status=np.array([status] * w),
-        correlation=np.full((w, len(model.names), len(model.names)), np.nan),
-        condition=10.0 * ones,
-        remarks=("",) * w,
-        evaluations=np.ones(w, np.int64),
-        starts=np.full(w, 8),
-        agreeing=np.full(w, 8),
-        acceptance=0.4 * ones,
-        not_finite=np.zeros(w, np.int64),
-        weights=np.ones(scan.brdf.shape),
-        bounds=model.bounds(),
-        method="by hand",
-        device="none",
-        seed=0,
         provenance={"weights": "none"},
     )
 
@@ -61,16 +67,18 @@ def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged")
 def fit_by_hand(scan, model):
     """Return a fit of any model with its default parameters."""
     fit = fit_of(scan, FOIL)
-    w = len(scan.labels)
-    values = {p.name: np.full(w, p.default) for p in model.parameters}
-    return replace(
-        fit,
-        model=model,
-        parameters=values,
-        sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
-        correlation=np.tile(np.eye(len(values)), (w, 1, 1)),
-        bounds=model.bounds(),
+    w, size = len(scan.labels), len(model.names)
+    vector = np.tile(model.defaults, (w, 1))
+    none = np.zeros(vector.shape, dtype=np.bool_)
+    estimate = replace(
+        fit.estimate,
+        vector=vector,
+        sigma=0.01 * np.abs(vector),
+        correlation=np.tile(np.eye(size), (w, 1, 1)),
+        at_bound=none,
+        undetermined=none,
     )
+    return replace(fit, model=model, setup=replace(fit.setup, bounds=model.bounds()), estimate=estimate)
 
 
 FOIL = dict(zip(get_model().names, TIN_FOIL, strict=True))

@@ -12,6 +12,7 @@ from clbrdf import Directions
 from clbrdf.models import get_model
 from clbrdf.objective import objective, weight_matrix
 from clbrdf.viz.page import PageSubject
+from tests.planted import with_part
 from tests.viz.browsing import readout
 from tests.viz.conftest import FOIL, fit_by_hand, fit_of
 
@@ -32,7 +33,7 @@ def test_the_uncertainty_follows_from_the_parameters(show, foil_page):
     size = len(fit.model.names)
     correlation = np.full((3, size, size), 0.3)
     correlation[:, range(size), range(size)] = 1.0
-    browser = show(PageSubject("foil", fit.scan, replace(fit, correlation=correlation)))
+    browser = show(PageSubject("foil", fit.scan, with_part(fit, "estimate", correlation=correlation)))
     d = fit.model.jacobian(fit.vector[1][None], fit.model.features(Directions.relative(45.0, 60.0, 170.0)))[0]
     spread = d * np.array([fit.sigma[n][1] for n in fit.model.names])
     expected = np.sqrt(spread @ correlation[1] @ spread)
@@ -48,7 +49,7 @@ def test_the_objective_is_that_of_the_fit(show, foil_page, weights):
     scan = all_masked_part(scan)
     fit = fit_of(scan, FOIL)
     g = weight_matrix(scan, rng.uniform(0.5, 2.0, len(scan)) if weights == "given" else weights)
-    fit = replace(fit, weights=g, provenance={"weights": weights})
+    fit = with_part(fit, "setup", weights=g, weighting=weights)
     browser = show(PageSubject("foil", scan, fit))
     expected = objective(fit.evaluate(), scan, g)
     for column in range(3):

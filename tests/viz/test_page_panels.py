@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from clbrdf import Directions, Scan
 from clbrdf.colour import colour_weights
 from clbrdf.models import get_model
 from clbrdf.viz.page import PageSubject, save_page
+from tests.planted import with_parameters, with_part
 from tests.viz.browsing import comes_true, readout
 from tests.viz.conftest import FOIL, all_masked, fit_by_hand, fit_of
 
@@ -138,7 +137,7 @@ def test_the_uncertainty_of_a_colour_difference(show):
     values["lambert.rho"] = np.linspace(0.1, 0.7, len(wavelength))
     correlation = np.full((len(wavelength), len(values), len(values)), 0.4)
     correlation[:, range(len(values)), range(len(values))] = 1.0
-    fit = replace(fit, parameters=values, correlation=correlation)
+    fit = with_part(with_parameters(fit, values), "estimate", correlation=correlation)
     browser = show(PageSubject("paint", scan, fit), fragment="theta_i=45&theta_r=40&phi=180")
     script = """const button = document.querySelector('#colour .save [data-kind=csv]');
         const make = URL.createObjectURL, click = HTMLAnchorElement.prototype.click;

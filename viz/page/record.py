@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import remarks_line
 from clbrdf.models import NEEDS_PHI, Model
 from clbrdf.models.javascript import javascript_text
 from clbrdf.objective import WEIGHTS, weight_matrix
@@ -194,9 +195,9 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
     """Return what a page holds of a fit, at the wavelengths that are kept."""
     columns = thin.columns
     upper = np.triu_indices(len(fit.model.names), 1)
-    remarks = sorted({fit.remarks[k] for k in columns})
-    name = fit.provenance.get("weights", "")
-    weights = _named_weights(fit, name)
+    lines = [remarks_line(fit.remarks[k]) for k in columns]
+    remarks = sorted(set(lines))
+    weights = _named_weights(fit, fit.setup.weighting)
     values: Json = {
         "model": model_record(fit.model),
         "parameters": packed(fit.vector[columns]),
@@ -206,17 +207,17 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
         "sigma_r": packed(fit.relative_rms[columns]),
         "status": [str(fit.status[k]) for k in columns],
         "remarks": remarks,
-        "remark": [remarks.index(fit.remarks[k]) for k in columns],
-        "bounds": fit.bounds.tolist() if fit.bounds.ndim == 2 else None,
+        "remark": [remarks.index(line) for line in lines],
+        "bounds": fit.setup.bounds.tolist() if fit.setup.bounds.ndim == 2 else None,
         "given": list(fit.given),
-        "method": fit.method,
+        "method": fit.setup.method,
         "weights": weights or "as kept",
         "weight_values": None,
         "thinned": len(thin.rows) < len(fit.scan),
     }
     if not weights:
-        largest = np.maximum(fit.weights.max(axis=0), 1e-300)
-        values["weight_values"] = packed((fit.weights / largest)[np.ix_(thin.rows, columns)], "f4")
+        largest = np.maximum(fit.setup.weights.max(axis=0), 1e-300)
+        values["weight_values"] = packed((fit.setup.weights / largest)[np.ix_(thin.rows, columns)], "f4")
     return values
 
 
@@ -225,7 +226,7 @@ def _named_weights(fit: Fit, name: str) -> str:
     for known in (name, *WEIGHTS):
         if known in WEIGHTS and not (known == "sigma" and fit.scan.sigma is None):
             made = weight_matrix(fit.scan, known)
-            if np.allclose(made, fit.weights, rtol=1e-9, atol=0.0):
+            if np.allclose(made, fit.setup.weights, rtol=1e-9, atol=0.0):
                 return known
     return ""
 
