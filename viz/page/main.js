@@ -138,7 +138,7 @@ function makePanels(host, act, view) {
   add("cut", "Cut through the cursor", "Points with ±σ: measured; line and band: model ±1σ of its parameters; grey: beyond what was measured. Click to move the cursor.", { make: (panel) => makeCut(panel, act), table: cutTable, svg: true });
   add("spectrum", "Spectrum at the cursor", "", { make: (panel) => makeSpectrum(panel, act), table: spectrumTable, svg: true });
   const here = (v) => !!v.f;
-  add("slice", "Half and difference angle", "The model at φi as shown; points: measured, whose φd is near. Left: mirror directions; below: back to the source; above: grazing. Click to move incident angle and cursor.", { fits: here, make: (panel) => makeSlice(panel, act), table: sliceTable, png: true });
+  add("slice", "Half and difference angle", "The model at φi as shown; points: measured, whose φd is near; grey: beyond the largest θi or θr measured. Left: mirror directions; below: back to the source; above: grazing. Click to move incident angle and cursor.", { fits: here, make: (panel) => makeSlice(panel, act), table: sliceTable, png: true });
   add("sphere", "Lit sphere", "", { fits: here, make: (panel) => makeSphere(panel, act), table: sphereTable, png: true });
   add("live", "Parameters by hand", "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum.", { fits: fitted, make: (panel) => makeLive(panel, act), table: liveTable, svg: true });
   add("strip", "Parameters over wavelength", "Bands: ±1σ. Open marks: at a bound or not determined, without uncertainty; crosses: not converged. Click to choose a wavelength.", { wide: true, fits: fitted, make: (panel) => makeStrip(panel, act), table: stripTable, svg: true });

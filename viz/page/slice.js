@@ -51,7 +51,7 @@ function drawSlice(panel, canvas, range, view) {
   draw.clearRect(0, 0, size, size);
   const inner = view.quick ? 90 : SLICE_PIXELS;
   const image = new ImageData(inner, inner);
-  const paper = parseColour(colours.paper);
+  const [paper, grey] = [parseColour(colours.paper), parseColour(colours.grey)];
   for (let j = 0; j < inner; j++) {
     for (let i = 0; i < inner; i++) {
       const at = directionsOfHalf((90 * (i + 0.5)) / inner, 90 - (90 * (j + 0.5)) / inner, state.phiD);
@@ -59,6 +59,7 @@ function drawSlice(panel, canvas, range, view) {
       if (at) {
         const f = view.f(at.thetaI, state.phiI, at.thetaR, at.phi) / view.reference.of(at.thetaI, state.phiI, at.thetaR, at.phi);
         c = colourAt(scale.place(f), "value");
+        if (at.thetaI > s.farthest[0] + 1 || at.thetaR > s.farthest[1] + 1) c = mixed(c, grey, 0.75);
       }
       put(image, j * inner + i, c);
     }

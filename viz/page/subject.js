@@ -18,6 +18,8 @@ function makeSubject(record, functions) {
   s.count = s.thetaI.length;
   s.angles = [...new Set(s.thetaI)].sort((a, b) => a - b);
   s.azimuths = [...new Set(s.phiI)].sort((a, b) => a - b);
+  // The largest incident and view zenith measured.
+  s.farthest = [s.thetaI, s.thetaR].map((list) => list.reduce((a, b) => Math.max(a, b), 0));
   s.at = (row, column) => row * s.columns + column;
   s.usable = (row, column) => s.flags[s.at(row, column)] === 0;
   s.measured = (row, column) => s.brdf[s.at(row, column)];
