@@ -13,6 +13,7 @@ import numpy as np
 from clbrdf.choose.result import Choice
 from clbrdf.errors import ClbrdfError, InputError
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import departure_lines
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file, whole_text
@@ -20,7 +21,14 @@ from clbrdf.viz.choice_report import choice_sections
 from clbrdf.viz.curves import measured_and_model, save_figure, spectral_map
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
 from clbrdf.viz.report_parts import STYLE, cell, figure, image, pairs, section, table
-from clbrdf.viz.report_words import fit_table, provenance_rows, summary_rows, warning_lines
+from clbrdf.viz.report_words import (
+    budget_words,
+    fit_table,
+    mean_words,
+    provenance_rows,
+    summary_rows,
+    warning_lines,
+)
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
 
 if TYPE_CHECKING:
@@ -90,6 +98,8 @@ def write_report(
     else:
         shown = [image(data, "image/png", words) for data, words in pictures]
         sections.append(section("Lobes", "\n".join(shown)))
+    if len(fit.estimate.parts) > 1:
+        sections.append(section("What makes the error bars", _budget(fit)))
     names, rows = fit_table(fit)
     sections.append(section("Table of the fit", f'<div class="long">{table(names, rows)}</div>'))
     sections.append(section("Provenance", pairs(provenance_rows(fit))))
@@ -151,6 +161,23 @@ def _figures(fit: Fit) -> Figures:
             "svg",
         ),
     ]
+
+
+def _budget(fit: Fit) -> str:
+    """Return the tables of components and of means over wavelengths, and what draws say beside them."""
+    parts = [
+        "<p>1σ by component, median over wavelengths. An error that many values have in common goes through"
+        " as a whole.</p>",
+        table(*budget_words(fit)),
+    ]
+    names, means = mean_words(fit)
+    if means:
+        parts += ["<p>Means over wavelengths, with the correlations between them.</p>", table(names, means)]
+    if fit.monte_carlo is not None:
+        lines = departure_lines(fit.monte_carlo, fit.model.names, fit.wavelength)
+        told = "".join(f"<li>{escape(line)}</li>" for line in lines)
+        parts.append(f"<p>Monte Carlo of {fit.monte_carlo.draws} draws (JCGM 101):</p><ul>{told}</ul>")
+    return "\n".join(parts)
 
 
 def _page(fit: Fit, sections: list[str]) -> str:

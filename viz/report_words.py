@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
@@ -49,7 +50,7 @@ def summary_rows(fit: Fit) -> Rows:
 def warning_lines(fit: Fit) -> list[str]:
     """Return what a reader has to know before trusting the numbers; empty if nothing."""
     lines = []
-    for status in ("no data", "not converged", "ambiguous", "at bound"):
+    for status in ("no data", "no weight", "not converged", "ambiguous", "at bound"):
         here = fit.wavelength[fit.status == status]
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
@@ -92,6 +93,21 @@ def _plane_lines(scan: Scan) -> list[str]:
     return []
 
 
+def budget_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of what makes the error bars: 1σ by component, median over wavelengths."""
+    rows = [[name, *("–" if v != v else f"{v:.2g}" for v in values)] for name, values in budget_table(fit)]
+    return ["component", *fitted_names(fit)], rows
+
+
+def mean_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of the means over wavelengths, with the correlations between them."""
+    rows = [
+        [r.parameter, f"{r.value:.4g}", *(f"{v:.2g}" for v in (r.sigma, r.random, r.common)), str(r.count)]
+        for r in mean_table(fit)
+    ]
+    return ["parameter", "mean", "1σ", "random part", "common part", "wavelengths"], rows
+
+
 def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
     """Return names and rows of the paper's Tables 1 and 2: every wavelength, σr in percent, with 1σ."""
     angles = fit.scan.incident_angles
@@ -112,9 +128,10 @@ def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
 
 MEANING = {
     "no data": "every value is masked, there is no fit",
+    "no weight": "no value has a weight, there is no fit",
     "not converged": "the polish ran out of iterations; use these parameters with care",
     "ambiguous": "other parameters fit as well; single parameters mean little there, the BRDF does",
-    "at bound": "at least one parameter stands at its limit and has no uncertainty",
+    "at bound": "at least one parameter is at its limit; other error bars are given that it stays there",
 }
 
 

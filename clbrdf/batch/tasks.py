@@ -147,8 +147,8 @@ def finish(
         fitted = request.fit(scan, known if parts else None)
         fitted = replace(fitted, provenance=request.made(entry, fitted, request.weights or "none"))
         if {part.device for part in parts} - {str(choose_device())}:
-            everywhere = " and ".join(sorted({part.device for part in parts}))
-            fitted = replace(fitted, search=replace(fitted.search, device=everywhere))
+            devices = " and ".join(sorted({part.device for part in parts}))
+            fitted = replace(fitted, search=replace(fitted.search, device=devices))
         write = partial(fitted.save, overwrite=True)
     target = Path(folder) / f"{source.stem}.h5"
     content = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,9 +16,10 @@ from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.remarks import Remark
 from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
-from clbrdf.fit.words import remarks_line
+from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import choose_device
@@ -44,6 +45,7 @@ def command(
     smooth: float | None = None,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -87,6 +89,8 @@ def command(
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    profile
+        find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -126,6 +130,7 @@ def command(
             smooth=smooth,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
@@ -142,6 +147,7 @@ def command(
         rtol=rtol,
         monte_carlo=monte_carlo,
     )
+    options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
@@ -174,6 +180,11 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     )
 
 
+def remark_content(remark: Remark) -> dict[str, Any]:
+    """Return a remark as plain values for JSON, with its words."""
+    return {**asdict(remark), "words": remark_words(remark)}
+
+
 def fit_content(fit: Fit) -> dict[str, Any]:
     """Return a fit as plain values for JSON; NaN and infinite values become null there."""
     scan = fit.scan
@@ -193,13 +204,21 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
         "uncertainty": uncertainty_content(fit),
+        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),
+        "degrees_of_freedom": fit.goodness.degrees.tolist(),
+        "chi2_reduced": fit.chi2_reduced.tolist(),
+        "scatter": fit.goodness.scatter.tolist(),
+        "lag_one_correlation": fit.goodness.lag_one.tolist(),
+        "lack_of_fit": fit.goodness.lack_of_fit.tolist(),
+        "misfit": fit.misfit.tolist(),
         "status": fit.status.tolist(),
+        "at_bound": fit.estimate.at_bound.tolist(),
         "correlation": fit.correlation.tolist(),
         "condition": fit.estimate.condition.tolist(),
-        "remarks": [remarks_line(remarks) for remarks in fit.remarks],
+        "remarks": [[remark_content(remark) for remark in remarks] for remarks in fit.remarks],
         "starts": fit.search.starts.tolist(),
         "agreeing": fit.search.agreeing.tolist(),
         "evaluations": fit.search.evaluations.tolist(),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from clbrdf.cli.console import number, print_table
+from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import departure_lines
 from clbrdf.scan import Component, Scan
@@ -35,41 +37,23 @@ def print_components(scan: Scan) -> None:
 
 def print_parts(fit: Fit) -> None:
     """Print what makes the error bars of a fit, and its means over wavelengths."""
-    parts = fit.estimate.parts
-    if len(parts) < 2:
+    if len(fit.estimate.parts) < 2:
         return
-    names = [name for name in fit.model.names if name not in fit.given]
-    good = np.isfinite(fit.estimate.sigma)
-
-    def median(values: Any, name: str) -> str:
-        here = good[:, fit.model.names.index(name)]
-        if not here.any():
-            return "–"
-        size = float(np.median(values[here]))
-        # What rounding leaves of an error that does not act.
-        return "0" if size < 1e-9 * np.median(fit.sigma[name][here]) else number(size, 2)
-
-    budgets = {name: fit.budget(name) for name in names}
-    rows = [[part.name, *(median(budgets[name][part.name], name) for name in names)] for part in parts]
-    for title, is_common in (("random part", False), ("common part", True)):
-        chosen = [part.name for part in parts if part.is_common == is_common]
-        sums = {n: np.sqrt(sum(budgets[n][one] ** 2 for one in chosen)) for n in names}
-        if chosen:
-            rows.append([title, *(median(sums[name], name) for name in names)])
-    rows.append(["all", *(median(fit.sigma[name], name) for name in names)])
     title = "what makes the error bars: 1σ by component, median over wavelengths"
-    print_table(title, ("component", *names), rows, left=1)
-    if len(fit.wavelength) < 2 or fit.scan.bands:
-        return
-    rows = []
-    for name, told in mean_content(fit).items():
-        where = told["wavelengths"]
-        values = [
-            number(told[key], 4 if key == "mean" else 2) for key in ("mean", "sigma", "random", "common")
+    rows = [[name, *("–" if v != v else number(v, 2) for v in values)] for name, values in budget_table(fit)]
+    print_table(title, ("component", *fitted_names(fit)), rows, left=1)
+    means = [
+        [
+            r.parameter,
+            number(r.value, 4),
+            *(number(v, 2) for v in (r.sigma, r.random, r.common)),
+            str(r.count),
         ]
-        rows.append([name, *values, f"{where}" if where else "–"])
-    columns = ("mean over wavelengths", "mean", "1σ", "random part", "common part", "wavelengths")
-    print_table("", columns, rows, left=1)
+        for r in mean_table(fit)
+    ]
+    if means:
+        columns = ("mean over wavelengths", "mean", "1σ", "random part", "common part", "wavelengths")
+        print_table("", columns, means, left=1)
 
 
 def print_draws(fit: Fit) -> None:
@@ -77,28 +61,6 @@ def print_draws(fit: Fit) -> None:
     if fit.monte_carlo is not None:
         rows = [[text] for text in departure_lines(fit.monte_carlo, fit.model.names, fit.wavelength)]
         print_table("", (f"Monte Carlo of {fit.monte_carlo.draws} draws",), rows, left=1)
-
-
-def mean_content(fit: Fit) -> dict[str, dict[str, Any]]:
-    """Return the means over wavelengths as plain values, by parameter."""
-    out = {}
-    common = {part.name: part.is_common for part in fit.estimate.parts}
-    for name in fit.model.names:
-        if name in fit.given:
-            continue
-        mean = fit.mean(name)
-        halves = [
-            float(np.sqrt(sum(s**2 for one, s in mean.parts.items() if common[one] == wanted)))
-            for wanted in (False, True)
-        ]
-        out[name] = {
-            "mean": mean.value,
-            "sigma": mean.sigma,
-            "random": halves[0],
-            "common": halves[1],
-            "wavelengths": mean.count,
-        }
-    return out
 
 
 def uncertainty_content(fit: Fit) -> dict[str, Any]:
@@ -110,10 +72,9 @@ def uncertainty_content(fit: Fit) -> dict[str, Any]:
         ],
         "budget": {
             name: {key: values.tolist() for key, values in fit.budget(name).items()}
-            for name in fit.model.names
-            if name not in fit.given
+            for name in fitted_names(fit)
         },
-        "means": mean_content(fit) if parts and not fit.scan.bands else {},
+        "means": [asdict(row) for row in mean_table(fit)] if parts else [],
     }
     drawn = fit.monte_carlo
     if drawn is not None:

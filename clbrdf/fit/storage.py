@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +12,13 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError, shortened
 from clbrdf.fit.carried import Part
+from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
@@ -28,7 +31,18 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 ESTIMATE = ("correlation", "condition")
-GOODNESS = ("objective", "relative_rms", "relative_rms_by_incident_angle")
+GOODNESS = (
+    "objective",
+    "relative_rms",
+    "relative_rms_by_incident_angle",
+    "degrees",
+    "chi2_reduced",
+    "scatter",
+    "lag_one",
+    "lag_score",
+    "lack_of_fit",
+    "repeats",
+)
 SEARCH = ("evaluations", "starts", "agreeing", "acceptance", "not_finite")
 SETUP = ("weights", "bounds")
 """Arrays of each record that go to the file under their own names."""
@@ -47,6 +61,8 @@ SCHEMA = (
     Item("weights", ("N", "W")),
     Item("bounds", ("P", "2")),
     *(Item(name, ("W", "P"), kind="truth", required=False) for name in MASKS),
+    *(Item(name, ("W",), required=False) for name in GOODNESS[3:-1]),
+    Item("repeats", ("W",), kind="whole", required=False),
 )
 """Arrays of N directions × W wavelengths, I incident zeniths, P parameters."""
 
@@ -85,6 +101,10 @@ def write(fit: Fit, group: h5py.Group) -> None:
         key = _key(row.name)
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
+        if estimate.lower is not None and estimate.upper is not None:
+            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
+                meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
+                hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
     codes = np.array([STATUSES.index(str(s)) for s in fit.status], dtype=np.uint8)
     hdf5.field(group, "status", codes, "").attrs["names"] = list(STATUSES)
@@ -150,12 +170,14 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         raise InputError(f"{clean(group.name)}/status holds {said}, which is no status; make the file again")
     given = _names(group, "given", model)
     provenance = hdf5.read_mapping(group, "provenance")
+    setup = _setup(group, model, arrays, vector, given, provenance)
+    estimate = _estimate(model, arrays, vector, sigma, given, _parts(group, lengths))
     return {
         "scan": scan,
         "model": model,
-        "setup": _setup(group, model, arrays, vector, given, provenance),
-        "estimate": _estimate(model, arrays, vector, sigma, given, _parts(group, lengths)),
-        "goodness": Goodness(**{name: arrays[name] for name in GOODNESS}),
+        "setup": setup,
+        "estimate": _with_intervals(data, model, estimate),
+        "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
         "provenance": provenance,
@@ -245,6 +267,41 @@ def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
         )
         for one in found
     )
+
+
+def _with_intervals(data: h5py.Group, model: Model, estimate: Estimate) -> Estimate:
+    """Add the profile-likelihood intervals, where the file holds them."""
+    names = [f"{_key(name)}_{end}" for end in ("lower", "upper") for name in model.names]
+    if not all(name in data for name in names):
+        return estimate
+    found = read_items(
+        data,
+        [
+            Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit))
+            for row in model.parameters
+            for end in ("lower", "upper")
+        ],
+        {"W": len(estimate.vector)},
+    )
+    lower, upper = (
+        np.stack([found[f"{_key(name)}_{end}"] for name in model.names], axis=1) for end in ("lower", "upper")
+    )
+    return replace(estimate, lower=lower, upper=upper)
+
+
+def _goodness(
+    arrays: Mapping[str, Any], scan: Scan, model: Model, setup: Setup, estimate: Estimate
+) -> Goodness:
+    held = {name: arrays[name] for name in GOODNESS if name in arrays}
+    if len(held) == len(GOODNESS):
+        return Goodness(**held)
+    # Before version 0.2 a file held some of them.
+    seen = ForwardModel(model, model.features(scan.directions))
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return seen.brdf(estimate.vector[places][:, None, :])
+
+    return Goodness(**deviation_tests(scan, setup, estimate.at_bound, held["objective"], values_of) | held)
 
 
 def _key(name: str) -> str:

@@ -41,11 +41,13 @@ UNITS = {**units.BRDF, "%": 0.01}
 UNIT_OF_WIDTH = {"direction": "deg", "incident_angle": "deg", "wavelength": "nm"}
 
 
-def write_components(data: h5py.Group, components: Sequence[Component], angles: Mapping[str, Array]) -> None:
-    """Write components into the NXdata that holds `brdf`; `angles` are those of the scan, degrees."""
+def write_components(
+    data: h5py.Group, components: Sequence[Component], angles: Mapping[str, Array], shape: tuple[int, int]
+) -> None:
+    """Write components of N × W values into the NXdata that holds `brdf`; `angles` of the scan, degrees."""
     if not components:
         return
-    n, w = data["brdf"].shape
+    (n, w), components = shape, [one.sized(shape) for one in components]
     spectral = "wavelength" if "wavelength" in data else "band"
     # Named dimensions, as netCDF has them, so that other programs see what belongs to what.
     hdf5.field(data, "direction", np.arange(n), "1", "number of the direction").make_scale("direction")

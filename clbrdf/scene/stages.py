@@ -123,7 +123,8 @@ def _reader(scene: Scene, block: Block) -> Block:
         deviates = normal(scene.seed, "reader", 0, 1, 1)
     share = settings.percent / 100.0
     variance = block.plus_variance((share * block.values) ** 2)
-    return replace(block, values=block.values * (1.0 + share * deviates), variance=variance)
+    values = block.values * (1.0 + share * deviates)
+    return replace(block, values=values, variance=variance, noise=block.variance)
 
 
 STAGES: dict[str, Stage] = {

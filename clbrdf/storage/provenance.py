@@ -29,13 +29,13 @@ def made_by(
     """Return the provenance of a result: version, command, hashes of inputs, then what is `given`.
 
     The command names what determines the result, not where the result went, so that the same work leaves
-    the same bytes. Options that are None or empty are left out.
+    the same bytes. Options that are None or empty are left out; those that are True are named alone.
     """
     files = [Input.of(file) if isinstance(file, Path) else file for file in inputs]
     words = ["clbrdf", command, *(file.name for file in files)]
     for name, value in options.items():
         values = value if isinstance(value, list) else [value]
-        words += [f"--{name} {item}" for item in values if item is not None]
+        words += [f"--{name}" if item is True else f"--{name} {item}" for item in values if item is not None]
     hashes = {f"input_{k}_sha256": file.sha256 for k, file in enumerate(files)}
     return {"version": __version__, "command": " ".join(words), **hashes, **given}
 

@@ -35,7 +35,7 @@ COMMAND = str(Path(sys.executable).with_name("clbrdf"))
 FIT = ("fit", "scan.h5", "-o", "out.h5", "--method", "anneal-separable", "--chains", "16", "--levels", "10")
 WORK = {
     "fit": FIT,
-    "check": ("fit", "scan.h5", "-o", "out.h5", "--check-wavelengths", "all"),
+    "check": ("fit", "scan.h5", "-o", "out.h5", "--check-wavelengths", "4"),
     "simulate": ("simulate", "scene.toml", "-o", "out.h5"),
     "bench": ("bench", "optimizers", "--evaluations", "600", "--seeds", "1", "--problems", "foil-1"),
     "measure": ("measure", "plan.toml", "--rig", "rig.toml", "-o", "out.h5"),

@@ -50,6 +50,13 @@ def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged")
             objective=0.004 * ones,
             relative_rms=0.06 * ones,
             relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+            degrees=(len(scan) - len(model.names)) * ones,
+            chi2_reduced=np.nan * ones,
+            scatter=0.06 * ones,
+            lag_one=0.1 * ones,
+            lag_score=ones,
+            lack_of_fit=np.nan * ones,
+            repeats=np.zeros(w, np.int64),
         ),
         search=Search(
             device="none",

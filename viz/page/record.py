@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.budget import half_sigma, has_halves
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import NEEDS_PHI, Model
@@ -202,6 +203,7 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
         "model": model_record(fit.model),
         "parameters": packed(fit.vector[columns]),
         "sigma": packed(np.stack([fit.sigma[n] for n in fit.model.names], axis=-1)[columns]),
+        "sigma_random": packed(half_sigma(fit, False)[columns]) if has_halves(fit) else None,
         "correlation": packed(fit.correlation[columns][:, upper[0], upper[1]], "f4"),
         "E": packed(fit.objective[columns]),
         "sigma_r": packed(fit.relative_rms[columns]),
