@@ -26,6 +26,8 @@ function openPage(functions) {
     wanted = new Set();
     const began = performance.now();
     const view = lookAt(state, subjects, quick);
+    // A panel that moves by itself is drawn at once; slow ones otherwise wait until nothing moves.
+    view.waits = quick && !only;
     if (!only) {
       showControls(bar, subjects, state);
       showReadout(view);
@@ -96,9 +98,17 @@ function openPage(functions) {
   addEventListener("resize", () => schedule(false));
   for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", () => drawAll());
   addEventListener("beforeprint", () => drawAll());
-  drawAll();
-  // Milliseconds from the opening of the page.
+  // A quick picture first, then all of it; milliseconds from the opening of the page.
+  wanted = null;
+  draw(true);
+  page.frames = frames = 0;
   page.firstPicture = performance.now();
+  requestAnimationFrame(() =>
+    setTimeout(() => {
+      drawAll();
+      page.wholePicture = performance.now();
+    }, 0),
+  );
 }
 
 // Everything that panels need of a state.
@@ -109,7 +119,7 @@ function lookAt(state, subjects, quick) {
   if (best) {
     view.p = state.live || best;
     view.f = s.surface.of(view.p);
-    if (!state.live) view.uncertainty = s.surface.uncertainty(best, s.parameterSigma(state.column), s.correlation(state.column));
+    if (!state.live && s.hasSigma(state.column)) view.uncertainty = s.surface.uncertainty(best, s.parameterSigma(state.column), s.correlation(state.column));
   }
   view.reference = referenceOf(state, subjects);
   view.scale = makeScale(view);

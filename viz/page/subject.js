@@ -74,6 +74,8 @@ function addFit(s, fit, functions) {
     return p.every(Number.isFinite) ? p : null;
   };
   s.parameterSigma = (column) => arrays.sigma.subarray(column * size, (column + 1) * size);
+  // Without a single one a model has no uncertainty, which is not the uncertainty 0.
+  s.hasSigma = (column) => s.parameterSigma(column).some(Number.isFinite);
   s.correlation = (column) => arrays.correlation.subarray(column * pairs, (column + 1) * pairs);
   let features = null;
   // E of (13) over the directions in this page.
