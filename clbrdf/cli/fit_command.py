@@ -11,12 +11,22 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
+from clbrdf.cli.options import (
+    DeviceName,
+    JsonFile,
+    Output,
+    Overwrite,
+    Seed,
+    at_wavelengths,
+    fix_words,
+    fixed_map,
+    name_list,
+    pair_map,
+)
 from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
-from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
@@ -112,10 +122,7 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=chosen,
-            fix={
-                name: read_spectrum(value, measured.wavelength) if isinstance(value, Path) else value
-                for name, value in fixed.items()
-            },
+            fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
@@ -124,8 +131,7 @@ def command(
             report=report,
         )
     options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    fix = [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
-    options |= {"fix": fix or None, "shared": shared or None, "smooth": smooth, "rtol": rtol}
+    options |= {"fix": fix_words(fixed), "shared": shared or None, "smooth": smooth, "rtol": rtol}
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
