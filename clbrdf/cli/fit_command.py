@@ -18,6 +18,8 @@ from clbrdf.cli.options import (
     Output,
     Overwrite,
     Seed,
+    at_wavelengths,
+    fix_words,
     fixed_map,
     name_list,
     pair_map,
@@ -27,7 +29,6 @@ from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
-from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
@@ -145,10 +146,7 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=chosen,
-            fix={
-                name: read_spectrum(value, measured.wavelength) if isinstance(value, Path) else value
-                for name, value in fixed.items()
-            },
+            fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
             through=POINT if point else SCAN if through is None else through,
@@ -165,7 +163,7 @@ def command(
         weights=weights,
         bounds=bounds,
         model=model,
-        fix=[f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()],
+        fix=fix_words(fixed),
         shared=shared,
         smooth=smooth,
         rtol=rtol,
