@@ -23,9 +23,10 @@ from clbrdf.fit.predict import standard_uncertainty
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
 from clbrdf.fit.tables import report, summary_rows
+from clbrdf.fit.through import Through
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
-from clbrdf.observation import ForwardModel
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -59,6 +60,8 @@ class Fit(Record):
         How the parameters were found, and where.
     status : (W,) str
         One of STATUSES.
+    through : Through or None
+        The instrument that the fit looked through; None where directions were taken as points.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
     monte_carlo : MonteCarlo or None
@@ -72,6 +75,7 @@ class Fit(Record):
     goodness: Goodness
     search: Search
     status: npt.NDArray[np.str_]
+    through: Through | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
     monte_carlo: MonteCarlo | None = None
 
@@ -199,26 +203,20 @@ class Fit(Record):
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
-        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
-
-    @cached_property
-    def seen(self) -> ForwardModel:
-        """The model as the detector sees it in the scan's directions."""
-        return ForwardModel(self.model, self.model.features(self.scan.directions))
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.observed(), np.nan)
 
     def predict(
         self, directions: Directions | None = None, return_std: bool = False
     ) -> Array | tuple[Array, Array]:
         """Return the fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where not fitted.
 
-        With `return_std` also its standard uncertainty, (N, W), from the uncertainties of the parameters and
-        their correlations: parameters that are fixed, or at a limit, count as exact, and it is infinite where
-        the data cannot tell a parameter that counts. That the model may not describe the data is not in it
-        (`misfit`).
+        The surface's own, as `evaluate`. With `return_std` also its standard uncertainty, (N, W), from the
+        uncertainties of the parameters and their correlations: parameters that are fixed, or at a limit,
+        count as exact, and it is infinite where the data cannot tell a parameter that counts. That the model
+        may not describe the data is not in it (`misfit`).
         """
-        seen = self.seen
-        if directions is not None:
-            seen = ForwardModel(self.model, self.model.features(directions))
+        where = self.scan.directions if directions is None else directions
+        seen = ForwardModel(self.model, self.model.features(where))
         values: Array = seen.brdf(self.vector[:, None, :]).T
         return (values, standard_uncertainty(seen, self.estimate)) if return_std else values
 
@@ -254,9 +252,41 @@ class Fit(Record):
         return html_table(f"Fit of {self.model.name}", dict(summary_rows(self)))
 
     def evaluate(self, directions: Directions | None = None) -> Array:
-        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
+        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
+
+        The surface's own: `observed` is what compares with measured values.
+        """
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
+        return out
+
+    @cached_property
+    def observation(self) -> Observation:
+        """What the detector sees in the scan's directions."""
+        if self.through is None:
+            return Observation.points(self.scan.directions)
+        return self.through.observation(self.scan.directions)
+
+    def observed(self) -> Array:
+        """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
+        return self.evaluate() if self.through is None else self._seen(self.observation)
+
+    def predict_seen(self, scan: Scan) -> Array:
+        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+
+        Its cones get as many nodes everywhere as they got where this fit needed most.
+        """
+        if self.through is None:
+            return self.evaluate(scan.directions)
+        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+
+    def _seen(self, observation: Observation) -> Array:
+        assert self.through is not None
+        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        fitted = self.setup.fitted
+        slit = self.through.slit(self.wavelength[fitted])
+        if slit is not None:
+            out[:, fitted] = out[:, fitted] @ slit.T
         return out
 
     def report(self, width: int = 100) -> str:
