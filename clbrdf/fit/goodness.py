@@ -47,7 +47,7 @@ SAME_VALUE = 1e-12
 """Relative to the measured values: repeats nearer than this are copies, and their scatter says nothing."""
 
 
-BLOCK_VALUES = 1 << 21
+BLOCK_VALUES = 1 << 17
 """Values that are looked at at once."""
 
 
@@ -183,6 +183,15 @@ def neighbour_correlation(lines: list[npt.NDArray[np.intp]], z: Array, used: Mas
     if not lines:
         return correlation, score
     order, line = np.concatenate(lines), np.repeat(np.arange(len(lines)), [len(part) for part in lines])
+    if used[:, order].all():  # as usual: all at once
+        along, same = z[:, order], np.flatnonzero(line[1:] == line[:-1])
+        product = along[:, same + 1] * along[:, same]
+        square = (product**2).sum(axis=1)
+        told = square > 0.0
+        mean, size = product.mean(axis=1), (along**2).mean(axis=1)
+        np.divide(mean, size, out=correlation, where=told)
+        np.divide(product.sum(axis=1), np.sqrt(square), out=score, where=told)
+        return correlation, score
     for k in range(len(z)):
         here = used[k, order]
         along, number = z[k, order[here]], line[here]
