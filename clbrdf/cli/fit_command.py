@@ -11,13 +11,24 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
+from clbrdf.cli.options import (
+    CsvFile,
+    DeviceName,
+    JsonFile,
+    Output,
+    Overwrite,
+    Seed,
+    at_wavelengths,
+    fix_words,
+    fixed_map,
+    name_list,
+    pair_map,
+)
 from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
-from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
@@ -53,6 +64,7 @@ def command(
     levels: int | None = None,
     device: DeviceName = None,
     json: JsonFile = None,
+    csv: CsvFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
     check: Annotated[bool, Parameter(negative="")] = False,
     check_wavelengths: str | None = None,
@@ -116,10 +128,11 @@ def command(
     if point and through is not None:
         raise InputError("--point and --through say two things of the instrument; give one of them")
     instrument = [] if through is None else [through]
-    check_apart([output, json], [scan, *spectra, *instrument])
+    check_apart([output, json, csv], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
-    if json is not None:
-        check_output(json, overwrite)
+    for extra in (json, csv):
+        if extra is not None:
+            check_output(extra, overwrite)
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
@@ -133,10 +146,7 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=chosen,
-            fix={
-                name: read_spectrum(value, measured.wavelength) if isinstance(value, Path) else value
-                for name, value in fixed.items()
-            },
+            fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
             through=POINT if point else SCAN if through is None else through,
@@ -153,7 +163,7 @@ def command(
         weights=weights,
         bounds=bounds,
         model=model,
-        fix=[f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()],
+        fix=fix_words(fixed),
         shared=shared,
         smooth=smooth,
         rtol=rtol,
@@ -167,6 +177,8 @@ def command(
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
+    if csv is not None:
+        result.to_csv(csv, overwrite)
     print_fit(str(target), result, all_rows)
     verdicts = run_check(result, checked)
     if json is not None:
