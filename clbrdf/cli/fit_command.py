@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
 from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
@@ -18,7 +19,6 @@ from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
 from clbrdf.fit.spectrum_file import read_spectrum
-from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -113,8 +113,7 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    if point and through is not None:
-        raise InputError("--point and --through say two things of the instrument; give one of them")
+    behind = told_instrument(through, point)
     instrument = [] if through is None else [through]
     check_apart([output, json], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
@@ -139,7 +138,7 @@ def command(
             },
             shared=name_list(shared),
             smooth=smooth,
-            through=POINT if point else SCAN if through is None else through,
+            through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
             profile=profile,
