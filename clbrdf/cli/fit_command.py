@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import (
     CsvFile,
     DeviceName,
@@ -29,7 +30,6 @@ from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
-from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -125,8 +125,7 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    if point and through is not None:
-        raise InputError("--point and --through say two things of the instrument; give one of them")
+    behind = told_instrument(through, point)
     instrument = [] if through is None else [through]
     check_apart([output, json, csv], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
@@ -149,7 +148,7 @@ def command(
             fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
-            through=POINT if point else SCAN if through is None else through,
+            through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
             profile=profile,
