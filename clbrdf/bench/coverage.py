@@ -135,7 +135,7 @@ def coverage(
     model = get_model(name)
     vector = model.vector(truth)
     random = np.random.default_rng([seed, 0])
-    scan = made_scan(model, vector, 400.0 + 0.5 * np.arange(scans), random, shared=False)
+    scan = made_scan(model, vector, 400.0 + 0.5 * np.arange(scans, dtype=np.float64), random, shared=False)
     options: dict[str, Any] = {
         "model": model,
         "weights": "sigma",
@@ -181,7 +181,7 @@ def mean_check(
     model = get_model(name)
     vector = model.vector(truth)
     random = np.random.default_rng([seed, 1])
-    columns = 380.0 + 5.0 * np.arange(wavelengths)
+    columns = 380.0 + 5.0 * np.arange(wavelengths, dtype=np.float64)
     options: dict[str, Any] = {
         "model": model,
         "weights": "sigma",
@@ -194,7 +194,7 @@ def mean_check(
     # All scans side by side: the optimum of a column does not depend on its neighbours.
     beside = replace(
         made[0],
-        wavelength=380.0 + 0.05 * np.arange(wavelengths * scans),
+        wavelength=380.0 + 0.05 * np.arange(wavelengths * scans, dtype=np.float64),
         brdf=np.concatenate([scan.brdf for scan in made], axis=1),
         sigma=None,
         flags=None,

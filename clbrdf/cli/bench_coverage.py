@@ -56,6 +56,6 @@ def print_coverage(rows: list[Coverage], mean: MeanCheck, count: int) -> None:
         " angle. 'ignored' takes the same total for independent, value by value.\n"
     )
     told = [[f"{number(100 * size, 3)} %" for size in (mean.claimed, mean.independent, mean.actual)]]
-    heads = ("1σ, with covariances between wavelengths", "without", "scatter of the means")
+    columns = ("1σ, with covariances between wavelengths", "without", "scatter of the means")
     title = f"Mean of {mean.parameter} over {mean.wavelengths} wavelengths, {mean.scans} made scans"
-    print_table(title, heads, told)
+    print_table(title, columns, told)

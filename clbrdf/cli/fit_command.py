@@ -44,6 +44,7 @@ def command(
     smooth: float | None = None,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -87,6 +88,9 @@ def command(
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    gls
+        let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
+        takes the model for exact
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -108,6 +112,10 @@ def command(
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    if checked != NO_CHECK and gls:
+        raise InputError(
+            "--check searches the optimum of E (13), and --gls minimises another sum; leave one out"
+        )
     chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
@@ -126,6 +134,7 @@ def command(
             smooth=smooth,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            gls=gls,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
 from clbrdf.cli.uncertainty_tables import print_components, print_draws, print_parts, total_words
+from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import gathered, search_lines
 from clbrdf.scan import Scan
@@ -179,6 +180,8 @@ def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
         ["device", search.device],
     ]
     held = fixed_words(fit)
+    if fit.setup.gls:
+        lines.insert(2, ["assumed", ASSUMES])
     lines[2:2] = [*([["fixed", held]] if held else []), *(["shared", text] for text in shared_words(fit))]
     if fit.setup.left_out:
         lines.append(["left out", f"{fit.setup.left_out} directions, those of transmission"])

@@ -15,6 +15,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.gls import Precision, generalised
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
@@ -68,6 +69,7 @@ def fit(
     smooth: float | None = None,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -111,6 +113,9 @@ def fit(
     monte_carlo : int, optional
         Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
         that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    gls : bool
+        Let the correlations of the scan's uncertainty count as weights, too. This takes the model for exact:
+        see `clbrdf.fit.gls` before you ask for it.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -134,7 +139,8 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `monte_carlo` together with `shared` or
-        `smooth`, or out of range;
+        `smooth`, or out of range; `gls` together with one of the three, with other weights than "sigma", or
+        for a scan without both a random and a common part;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -160,6 +166,12 @@ def fit(
     if monte_carlo is not None and (in_common or smooth is not None):
         raise InputError(
             "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    by_sigma = isinstance(weights, str) and weights == "sigma"
+    if gls and (in_common or smooth is not None or monte_carlo is not None or not by_sigma):
+        raise InputError(
+            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
+            " shared, smooth and monte_carlo"
         )
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
@@ -204,6 +216,10 @@ def fit(
         problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
         solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+    seen = ForwardModel(chosen, chosen.features(scan.directions))
+    usual = None
+    if gls:
+        solution, usual = _generalised(seen, scan.columns(fitted), g[:, fitted], problem_of(fitted), solution)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -215,9 +231,9 @@ def fit(
         left_out=left_out,
         method=way.name,
         seed=seed,
+        gls=gls,
     )
-    seen = ForwardModel(chosen, chosen.features(scan.directions))
-    estimate, goodness, status = assemble(scan, seen, setup, solution, tied)
+    estimate, goodness, status = assemble(scan, seen, setup, solution, tied, usual)
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
@@ -242,6 +258,15 @@ def fit(
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
+
+
+def _generalised(
+    seen: ForwardModel, scan: Scan, weights: npt.NDArray[np.float64], problem: Problem, solution: Solution
+) -> tuple[Solution, npt.NDArray[np.float64]]:
+    """Return the optimum of generalised least squares, and the values (W, N) of the usual one."""
+    usual = seen.brdf(seen.model.from_coordinates(solution.coordinates)[:, None, :])
+    precision = Precision.of(scan, weights, usual)
+    return generalised(seen, scan, solution, precision, problem.lower, problem.upper), usual
 
 
 def _search_of(

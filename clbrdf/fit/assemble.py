@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.gls import Precision
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.records import Estimate, Goodness, Setup
 from clbrdf.fit.shared_uncertainty import SharedSystem, common_share, shared_uncertainty, with_shared
@@ -31,18 +32,24 @@ BOUND_TOLERANCE = 1e-9
 
 
 def assemble(
-    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, tied: Tied | None = None
+    scan: Scan,
+    seen: ForwardModel,
+    setup: Setup,
+    solution: Solution,
+    tied: Tied | None = None,
+    usual: Array | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `seen` is the model as the detector sees it in the scan's directions.
 
-    `tied` tells what a penalty on neighbours makes of the uncertainties.
+    `tied` tells what a penalty on neighbours makes of the uncertainties; `usual` (K, N) are the values that
+    weigh a fit by generalised least squares.
     """
     fitted, model = setup.fitted, seen.model
     known = np.array([name in setup.fixed for name in model.names])
     vector, at_bound, values = _settled(scan, seen, setup, solution, known)
-    result, parts = _uncertainty(scan, seen, setup, vector, at_bound, values, tied)
+    result, parts = _uncertainty(scan, seen, setup, vector, at_bound, values, tied, usual)
 
     def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
         out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
@@ -117,6 +124,7 @@ def _uncertainty(
     at_bound: Mask,
     values: Array,
     tied: Tied | None,
+    usual: Array | None,
 ) -> tuple[Uncertainty, tuple[Part, ...]]:
     """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
     fitted, model = setup.fitted, seen.model
@@ -142,9 +150,10 @@ def _uncertainty(
     if not components:
         parts: tuple[Part, ...] = (alone,)
     else:
-        told = carried(
-            seen, measured.directions, measured.wavelength, components, vector, own, values, g.T, system
-        )
+        # The weights of the values as of the usual optimum, as they were fitted.
+        precision = Precision.of(measured, g, usual) if usual is not None else None
+        where = measured.directions, measured.wavelength
+        told = carried(seen, *where, components, vector, own, values, g.T, system, precision)
         slopes = _slopes(model, vector)
         parts = told if from_file else (alone, *(_tied(part, slopes, tied) for part in told))
     held = at_bound | known

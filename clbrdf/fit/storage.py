@@ -44,6 +44,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
     group["model"] = fit.model.name
     group["given"], group["shared"] = list(fit.given), list(fit.shared)
     group["seed"] = setup.seed
+    group["gls"] = setup.gls
     group["weighting"], group["left_out"] = setup.weighting, setup.left_out
     for name in ("smooth", "rtol"):
         value = getattr(setup, name)
@@ -136,6 +137,7 @@ def _setup(group: h5py.Group, model: Model, vector: Array, provenance: dict[str,
         shared=_names(group, "shared"),
         method=hdf5.read_text(group, "method"),
         seed=int(group["seed"][()]),
+        gls=bool(group["gls"][()]) if "gls" in group else False,
         **told,
         **{name: group[name][()] for name in SETUP},
     )
