@@ -58,7 +58,7 @@ lint: .venv/installed-dev tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	cd build/tree && PYTHONPATH=. ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache --no-logo
-	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p clbrdf
+	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy -p clbrdf
 
 format: .venv/installed-dev
 	$(BIN)/ruff check --fix .
@@ -109,4 +109,5 @@ build/comet/installed: pyproject.toml | .venv/installed-dev
 tree:
 	rm -rf build/tree && mkdir -p build/tree/clbrdf
 	ln -s "$(CURDIR)"/clbrdf/* build/tree/clbrdf/
+	ln -s "$(CURDIR)"/clbrdf_start.py build/tree/
 	for folder in kernels scans viz; do ln -s "$(CURDIR)/$$folder" build/tree/clbrdf/$$folder; done

@@ -118,7 +118,7 @@ kernel void polish(OBSERVATION, global const uint *restrict starts, const uint i
                    const uint n_directions,
                    global const real *restrict target_all, global const real *restrict scale_all,
                    global const real *restrict lower_all, global const real *restrict upper_all,
-                   const uint most_iterations, const real tolerance,
+                   const uint most_iterations, const real tolerance, const real damping,
                    global real *restrict q_all, global real *restrict objective_all,
                    global real *restrict iterations_all, global real *restrict done_all) {
     const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
@@ -132,7 +132,7 @@ kernel void polish(OBSERVATION, global const uint *restrict starts, const uint i
     realv q[P], h[FREE], H[PAIRS];
     for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), DATUM(j, lower), DATUM(j, upper));
     realv E = normal_equations(q, &seen, starts, incident_groups, target, scale, h, H);
-    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0 - done;
+    realv mu = (realv)damping, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
         realv free[FREE], delta[FREE], trial[P], trial_h[FREE], trial_H[PAIRS];

@@ -51,7 +51,7 @@ def summary_rows(fit: Fit) -> Rows:
 def warning_lines(fit: Fit) -> list[str]:
     """Return what a reader has to know before trusting the numbers; empty if nothing."""
     lines = []
-    for status in ("no data", "not converged", "ambiguous", "at bound"):
+    for status in ("no data", "no weight", "not converged", "ambiguous", "at bound"):
         here = fit.wavelength[fit.status == status]
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
@@ -133,9 +133,10 @@ def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
 
 MEANING = {
     "no data": "every value is masked, there is no fit",
+    "no weight": "no value has a weight, there is no fit",
     "not converged": "the polish ran out of iterations; use these parameters with care",
     "ambiguous": "other parameters fit as well; single parameters mean little there, the BRDF does",
-    "at bound": "at least one parameter stands at its limit and has no uncertainty",
+    "at bound": "at least one parameter is at its limit; other error bars are given that it stays there",
 }
 
 

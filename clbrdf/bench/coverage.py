@@ -135,7 +135,8 @@ def coverage(
     model = get_model(name)
     vector = model.vector(truth)
     random = np.random.default_rng([seed, 0])
-    scan = made_scan(model, vector, 400.0 + 0.5 * np.arange(scans, dtype=np.float64), random, shared=False)
+    columns = 400.0 + 0.5 * np.arange(scans, dtype=np.float64)
+    scan = made_scan(model, vector, columns, random, shared=False)
     options: dict[str, Any] = {
         "model": model,
         "weights": "sigma",

@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, CycloptsError
 
 from clbrdf import __version__
-from clbrdf.errors import ClbrdfError
+from clbrdf.errors import LONGEST, ClbrdfError, shortened
 
 COMMANDS = {
     "demo": "run the main job end to end",
@@ -19,6 +19,7 @@ COMMANDS = {
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "choose": "compare models and say which describes a scan",
+    "batch": "fit many scans on all cores, or on a cluster",
     "models": "list the models, or show the page of one",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
@@ -75,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
-        text = " ".join(str(error).split())
+        text = shortened(" ".join(str(error).split()), LONGEST)
         print(f"clbrdf: {text}", file=sys.stderr)
         return USAGE_ERROR
     except KeyboardInterrupt:

@@ -56,6 +56,6 @@ def print_coverage(rows: list[Coverage], mean: MeanCheck, count: int) -> None:
         " angle. 'ignored' takes the same total for independent, value by value.\n"
     )
     told = [[f"{number(100 * size, 3)} %" for size in (mean.claimed, mean.independent, mean.actual)]]
-    columns = ("1σ, with covariances between wavelengths", "without", "scatter of the means")
+    of_means = ("1σ, with covariances between wavelengths", "without", "scatter of the means")
     title = f"Mean of {mean.parameter} over {mean.wavelengths} wavelengths, {mean.scans} made scans"
-    print_table(title, columns, told)
+    print_table(title, of_means, told)

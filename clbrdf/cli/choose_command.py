@@ -12,7 +12,6 @@ from clbrdf.choose import RANKED_WAVELENGTHS, Choice, choose
 from clbrdf.cli.choice_table import choice_content, print_choice
 from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed
-from clbrdf.cli.provenance import made_by
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
 from clbrdf.fit.weights_file import read_weights
@@ -20,6 +19,7 @@ from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_apart, check_output, whole_text
+from clbrdf.storage.provenance import choose_options, made_by
 
 
 def command(
@@ -92,13 +92,15 @@ def command(
             device=chosen_device,
             report=progress,
         )
-    options: dict[str, object] = {
-        "models": models,
-        "weights": weights,
-        "fix": fix,
-        "wavelengths": wavelengths,
-    }
-    options |= {"method": method, "seed": seed, "force": "yes" if force else None}
+    options = choose_options(
+        models=models,
+        weights=weights,
+        fix=fix,
+        wavelengths=wavelengths,
+        method=method,
+        seed=seed,
+        force=force,
+    )
     told = {**choice.fit.provenance, "weights": choice.weights if weights in (None, *WEIGHTS) else weights}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))
     choice.save(target, overwrite)

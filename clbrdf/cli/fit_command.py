@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,20 +12,21 @@ from cyclopts import Parameter
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
-from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.remarks import Remark
 from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
-from clbrdf.fit.words import remarks_line
+from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
+from clbrdf.storage.provenance import fit_options, made_by
 
 
 def command(
@@ -45,6 +46,7 @@ def command(
     rtol: float | None = None,
     monte_carlo: int | None = None,
     gls: Annotated[bool, Parameter(negative="")] = False,
+    profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -91,6 +93,8 @@ def command(
     gls
         let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
         takes the model for exact
+    profile
+        find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -135,19 +139,24 @@ def command(
             rtol=rtol,
             monte_carlo=monte_carlo,
             gls=gls,
+            profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
-    options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    fix = [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
-    options |= {
-        "fix": fix or None,
-        "shared": shared or None,
-        "smooth": smooth,
-        "rtol": rtol,
-        "monte-carlo": monte_carlo,
-    }
+    options = fit_options(
+        method=method,
+        seed=seed,
+        weights=weights,
+        bounds=bounds,
+        model=model,
+        fix=[f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()],
+        shared=shared,
+        smooth=smooth,
+        rtol=rtol,
+        monte_carlo=monte_carlo,
+    )
+    options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
@@ -180,6 +189,11 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     )
 
 
+def remark_content(remark: Remark) -> dict[str, Any]:
+    """Return a remark as plain values for JSON, with its words."""
+    return {**asdict(remark), "words": remark_words(remark)}
+
+
 def fit_content(fit: Fit) -> dict[str, Any]:
     """Return a fit as plain values for JSON; NaN and infinite values become null there."""
     scan = fit.scan
@@ -199,13 +213,21 @@ def fit_content(fit: Fit) -> dict[str, Any]:
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
         "uncertainty": uncertainty_content(fit),
+        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
         "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),
+        "degrees_of_freedom": fit.goodness.degrees.tolist(),
+        "chi2_reduced": fit.chi2_reduced.tolist(),
+        "scatter": fit.goodness.scatter.tolist(),
+        "lag_one_correlation": fit.goodness.lag_one.tolist(),
+        "lack_of_fit": fit.goodness.lack_of_fit.tolist(),
+        "misfit": fit.misfit.tolist(),
         "status": fit.status.tolist(),
+        "at_bound": fit.estimate.at_bound.tolist(),
         "correlation": fit.correlation.tolist(),
         "condition": fit.estimate.condition.tolist(),
-        "remarks": [remarks_line(remarks) for remarks in fit.remarks],
+        "remarks": [[remark_content(remark) for remark in remarks] for remarks in fit.remarks],
         "starts": fit.search.starts.tolist(),
         "agreeing": fit.search.agreeing.tolist(),
         "evaluations": fit.search.evaluations.tolist(),

@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from clbrdf.cli.options import Output, Overwrite
-from clbrdf.cli.provenance import made_by
+from clbrdf.cli.options import Output, Overwrite, column_map
 from clbrdf.cli.summary import print_scan, print_scans
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Options
@@ -18,6 +17,7 @@ from clbrdf.formats.load import load
 from clbrdf.formats.stated import scale_map, share_of, with_stated
 from clbrdf.scan import save_scans
 from clbrdf.storage.files import check_apart, check_output
+from clbrdf.storage.provenance import made_by
 
 Unit = Literal["deg", "rad", "nm", "um"]
 Scale = Literal["1", "pi", "percent", "pi-percent"]
@@ -37,6 +37,7 @@ def command(
     origin: Literal["normal", "specular"] | None = None,
     swap: Literal["none", "polar", "zeniths"] | None = None,
     wavelength: float | None = None,
+    map_: Annotated[list[str], Parameter(name="--map", negative_iterable="")] = [],  # noqa: B006 (cyclopts)
     scale_uncertainty: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
     random_uncertainty: str | None = None,
     overwrite: Overwrite = False,
@@ -74,6 +75,8 @@ def command(
         exchange zenith and azimuth (polar) or incident and view direction (zeniths)
     wavelength
         nm, for a file of one band that names none
+    map_
+        column=name where a table calls a column otherwise, such as "Angle in=theta_i_deg"; as often as needed
     scale_uncertainty
         standard uncertainty of an error that all values have in common, such as 2% of the reference panel;
         with names as in panel=2%, as often as needed
@@ -94,11 +97,12 @@ def command(
     )
     scales = scale_map(scale_uncertainty)
     random = None if random_uncertainty is None else share_of(random_uncertainty, "--random-uncertainty")
-    loaded = load(files, format_name=format_, sample=sample, options=options)
+    loaded = load(files, format_name=format_, sample=sample, options=options, names=column_map(map_))
     given = {
         "format": format_, "sample": sample, "unit": list(unit or ()), "phi-forward": phi_forward,
         "cosine": cosine, "scale": scale, "origin": origin, "swap": swap, "wavelength": wavelength,
-        "scale-uncertainty": scale_uncertainty or None, "random-uncertainty": random_uncertainty,
+        "map": list(map_), "scale-uncertainty": scale_uncertainty or None,
+        "random-uncertainty": random_uncertainty,
     }  # fmt: skip
     scans = {
         name: replace(

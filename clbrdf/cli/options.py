@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from cyclopts import Parameter, Token
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
+from clbrdf.grid import MOST_POINTS, spaced
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"], help="file to write")]
 Overwrite = Annotated[bool, Parameter(name="--overwrite", negative="", help="replace an existing file")]
@@ -26,8 +27,6 @@ def _whole(_type: object, tokens: Sequence[Token]) -> int:
 
 
 Seed = Annotated[int, Parameter(converter=_whole)]
-
-MOST_VALUES = 1_000_000
 
 
 def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
@@ -46,14 +45,16 @@ def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
             numbers = []
         if len(numbers) == 1:
             values += numbers
-        elif len(numbers) == 3 and numbers[2] != 0.0 and (numbers[1] - numbers[0]) / numbers[2] >= 0.0:
-            start, stop, step = numbers
-            count = int(np.floor((stop - start) / step * (1.0 + 1e-12) + 1e-9)) + 1
-            if count > MOST_VALUES:
-                raise InputError(f"{name}: {part!r} makes {count} values; at most {MOST_VALUES} are read")
-            values += [start + k * step for k in range(count)]
+        elif len(numbers) == 3:
+            try:
+                values += spaced(*numbers)
+            except ValueError as error:
+                raise InputError(f"{name} {shortened(part)}: {error}") from None
         else:
-            raise InputError(f"{name}: {part!r} is neither a number nor start:stop:step, as in 0:85:5")
+            said = shortened(repr(part))
+            raise InputError(f"{name}: {said} is neither a number nor start:stop:step, as in 0:85:5")
+        if len(values) > MOST_POINTS:
+            raise InputError(f"{name}: {len(values)} values; at most {MOST_POINTS} are read")
     return np.array(values)
 
 
@@ -77,6 +78,25 @@ def fixed_map(texts: list[str]) -> dict[str, float | Path]:
         except ValueError:
             values[name] = Path(value)
     return values
+
+
+def column_map(texts: list[str]) -> dict[str, str]:
+    """Read "Angle in=theta_i_deg" texts: a heading of a table, and the name that it stands for.
+
+    Raises
+    ------
+    InputError
+        A text of another form, or a column or a name given twice.
+    """
+    names: dict[str, str] = {}
+    for text in texts:
+        column, _, name = (word.strip() for word in text.rpartition("="))
+        if not (name and column):
+            raise InputError(f'--map {text!r}: write column=name, as in --map "Angle in=theta_i_deg"')
+        if column in names or name in names.values():
+            raise InputError(f"--map {text!r}: {column if column in names else name} is given twice")
+        names[column] = name
+    return names
 
 
 def name_list(texts: list[str]) -> tuple[str, ...]:

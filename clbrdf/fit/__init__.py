@@ -15,8 +15,10 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
-from clbrdf.fit.gls import Precision, generalised
+from clbrdf.fit.gls import generalised
+from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
+from clbrdf.fit.layout import layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.montecarlo import check_draws
@@ -28,11 +30,11 @@ from clbrdf.fit.shared import shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
 from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
-from clbrdf.observation import ForwardModel
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -52,6 +54,9 @@ __all__ = [
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
 
+PART = 1 << 14
+"""Directions that are looked at at once."""
+
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
@@ -70,6 +75,7 @@ def fit(
     rtol: float | None = None,
     monte_carlo: int | None = None,
     gls: bool = False,
+    profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
@@ -116,6 +122,9 @@ def fit(
     gls : bool
         Let the correlations of the scan's uncertainty count as weights, too. This takes the model for exact:
         see `clbrdf.fit.gls` before you ask for it.
+    profile : bool
+        Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
+        hold where parameters are at their limits, too, where standard uncertainties are far too small.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
@@ -138,9 +147,9 @@ def fit(
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
-        is not; shared parameters together with `smooth` or `rtol`; `monte_carlo` together with `shared` or
-        `smooth`, or out of range; `gls` together with one of the three, with other weights than "sigma", or
-        for a scan without both a random and a common part;
+        is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        `monte_carlo` together with `shared` or `smooth`, or out of range; `gls` together with one of the
+        three, with other weights than "sigma", or for a scan without both a random and a common part;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -173,6 +182,8 @@ def fit(
             "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
             " shared, smooth and monte_carlo"
         )
+    if profile and (in_common or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -185,11 +196,10 @@ def fit(
             raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
-    where = device or choose_device()
+    where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
     def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        known = {name: values[places] for name, values in given.items()}
-        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known)
+        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
@@ -216,10 +226,11 @@ def fit(
         problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
         solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
-    seen = ForwardModel(chosen, chosen.features(scan.directions))
     usual = None
     if gls:
-        solution, usual = _generalised(seen, scan.columns(fitted), g[:, fitted], problem_of(fitted), solution)
+        seen, problem = layout.seen.take(np.argsort(layout.order)), problem_of(fitted)
+        limit_pair = problem.lower, problem.upper
+        solution, usual = generalised(seen, scan.columns(fitted), g[:, fitted], solution, *limit_pair)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -233,7 +244,7 @@ def fit(
         seed=seed,
         gls=gls,
     )
-    estimate, goodness, status = assemble(scan, seen, setup, solution, tied, usual)
+    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied, usual)
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
@@ -247,6 +258,9 @@ def fit(
             seed,
             report,
         ).placed(fitted, len(scan.wavelength))
+    if profile:
+        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
+        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,
@@ -258,15 +272,6 @@ def fit(
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
-
-
-def _generalised(
-    seen: ForwardModel, scan: Scan, weights: npt.NDArray[np.float64], problem: Problem, solution: Solution
-) -> tuple[Solution, npt.NDArray[np.float64]]:
-    """Return the optimum of generalised least squares, and the values (W, N) of the usual one."""
-    usual = seen.brdf(seen.model.from_coordinates(solution.coordinates)[:, None, :])
-    precision = Precision.of(scan, weights, usual)
-    return generalised(seen, scan, solution, precision, problem.lower, problem.upper), usual
 
 
 def _search_of(
@@ -370,11 +375,16 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = np.abs(scan.brdf[weights > 0.0])
-    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
-        worst = used.max() if used.max() > high else used.min()
+    smallest, largest = np.inf, 0.0
+    for first in range(0, len(scan), PART):
+        part = slice(first, first + PART)
+        used = np.abs(scan.brdf[part])
+        counts = (weights[part] > 0.0) & (used > 0.0)
+        smallest = used.min(initial=smallest, where=counts)
+        largest = used.max(initial=largest, where=counts)
+    if smallest < low or largest > high:
+        worst = largest if largest > high else smallest
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
         )

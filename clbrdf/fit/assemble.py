@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,15 +11,20 @@ import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
 from clbrdf.fit.gls import Precision
+from clbrdf.fit.goodness import deviation_tests
+from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
+from clbrdf.fit.problem import Problem
 from clbrdf.fit.records import Estimate, Goodness, Setup
 from clbrdf.fit.shared_uncertainty import SharedSystem, common_share, shared_uncertainty, with_shared
 from clbrdf.fit.smooth import Tied
 from clbrdf.fit.solve import Solution
+from clbrdf.fit.summary import Summary, summarise_scan
 from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
-from clbrdf.observation import ForwardModel
+from clbrdf.opencl.device import Device
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import evaluate_directions
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -33,23 +39,28 @@ BOUND_TOLERANCE = 1e-9
 
 def assemble(
     scan: Scan,
-    seen: ForwardModel,
+    layout: Layout,
+    problem_of: Callable[[npt.NDArray[np.intp]], Problem],
     setup: Setup,
     solution: Solution,
+    device: Device,
     tied: Tied | None = None,
     usual: Array | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
-    `seen` is the model as the detector sees it in the scan's directions.
-
+    `layout` says how the directions lie in the problems that `problem_of` returns for places of wavelengths;
     `tied` tells what a penalty on neighbours makes of the uncertainties; `usual` (K, N) are the values that
     weigh a fit by generalised least squares.
     """
-    fitted, model = setup.fitted, seen.model
+    fitted, model = setup.fitted, layout.seen.model
     known = np.array([name in setup.fixed for name in model.names])
-    vector, at_bound, values = _settled(scan, seen, setup, solution, known)
-    result, parts = _uncertainty(scan, seen, setup, vector, at_bound, values, tied, usual)
+
+    def summed(places: npt.NDArray[np.intp], vector: Array) -> Summary:
+        return summarise_scan(scan, setup.weights, layout, problem_of, places, vector)
+
+    vector, at_bound, sums = _settled(model, setup, solution, known, summed)
+    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied, usual)
 
     def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
         out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
@@ -75,25 +86,44 @@ def assemble(
     status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
     status[~result.determined] = "ambiguous"
     status[~solution.converged] = "not converged"
-    everywhere = np.full(scan.brdf.shape, np.nan)
-    everywhere[:, fitted] = values.T
-    return estimate, goodness(scan, setup, everywhere), placed(status, "no data")
+    where = placed(status, "no data")
+    where[~scan.mask.all(axis=0) & ~(setup.weights > 0.0).any(axis=0)] = "no weight"
+    with np.errstate(invalid="ignore"):  # where nothing counts
+        by_angle = np.sqrt(sums.deviation / sums.counted)
+        rms = np.sqrt(sums.deviation.sum(axis=1) / sums.counted.sum(axis=1))
+    energy = placed(sums.objective, np.nan)
 
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return model_values(scan, layout, estimate.vector[places], device)
 
-def goodness(scan: Scan, setup: Setup, values: Array) -> Goodness:
-    """Return how well model values (N, W), 1/sr, meet a scan."""
-    return Goodness(
-        objective=objective(values, scan, setup.weights),
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
+    found = Goodness(
+        objective=energy,
+        relative_rms=placed(rms, np.nan),
+        relative_rms_by_incident_angle=placed(by_angle, np.nan).T.copy(),
+        **deviation_tests(scan, setup, estimate.at_bound, energy, values_of),
     )
+    return estimate, found, where
+
+
+def model_values(scan: Scan, layout: Layout, vector: Array, device: Device) -> Array:
+    """Return what the detector sees (B, N), 1/sr, of parameters (B, P), in the order of the scan."""
+    model = layout.seen.model
+    if layout.seen.first is None:
+        return evaluate_directions(model, vector, scan.directions, get_precision("double"), device).T
+    values = np.empty((len(vector), len(scan)))
+    values[:, layout.order] = layout.seen.brdf(vector[:, None, :])
+    return values
 
 
 def _settled(
-    scan: Scan, seen: ForwardModel, setup: Setup, solution: Solution, known: Mask
-) -> tuple[Array, Mask, Array]:
-    """Return parameters (K, P), which stand at a limit, and model values (K, N) at the fitted wavelengths."""
-    fitted, bounds, model = setup.fitted, setup.bounds, seen.model
+    model: Model,
+    setup: Setup,
+    solution: Solution,
+    known: Mask,
+    summed: Callable[[npt.NDArray[np.intp], Array], Summary],
+) -> tuple[Array, Mask, Summary]:
+    """Return parameters (K, P), which stand at a limit, and the sums at the fitted wavelengths."""
+    fitted, bounds = setup.fitted, setup.bounds
     limits = model.coordinate_bounds(bounds)
     in_common = np.array([name in setup.shared for name in model.names])
     coordinates = in_order(model, solution.coordinates, bounds, known, in_common)
@@ -102,54 +132,53 @@ def _settled(
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    values = seen.brdf(vector[:, None, :])
+    sums = summed(fitted, vector)
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
-    energy = objective(values.T, scan.columns(fitted), setup.weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
     zero = (vector == 0.0) & floored & ~known
-    counts = zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))
+    counts = zero.any(axis=1) & (sums.objective > solution.objective * (1.0 + NEGLIGIBLE))
     if counts.any() and zero[:, in_common].any():
         counts[:] = True
-    for k in np.flatnonzero(counts):
-        vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        values[k] = seen.brdf(vector[k, None, :])
-    return vector, at_bound, values
+    again = np.flatnonzero(counts)
+    if len(again):
+        vector[again] = np.where(zero[again], model.from_coordinates(limits[:, 0]), vector[again])
+        sums.put(again, summed(fitted[again], vector[again]))
+    return vector, at_bound, sums
 
 
 def _uncertainty(
     scan: Scan,
-    seen: ForwardModel,
+    layout: Layout,
     setup: Setup,
     vector: Array,
     at_bound: Mask,
-    values: Array,
+    sums: Summary,
     tied: Tied | None,
     usual: Array | None,
 ) -> tuple[Uncertainty, tuple[Part, ...]]:
     """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
-    fitted, model = setup.fitted, seen.model
+    fitted, model = setup.fitted, layout.seen.model
     known = np.array([name in setup.fixed for name in model.names])
     in_common = np.array([name in setup.shared for name in model.names])
     own = ~(at_bound | known | in_common)
-    g, measured = setup.weights[:, fitted], scan.columns(fitted)
-    random = measured.random_sigma
-    data = (
-        values - np.where(g > 0.0, measured.brdf, 0.0).T,
-        g.T,
-        None if random is None else random.T,
-    )
-    result, system = uncertainty(seen, vector, ~own, *data), None
-    together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
+    result = uncertainty(sums.gram, sums.spread, sums.objective, sums.used, ~own)
+    is_known = bool(np.isfinite(sums.spread).all())
+    together, system = np.flatnonzero(in_common & ~at_bound.any(axis=0)), None
+    if len(together) or scan.components:
+        # What wavelengths or values have in common needs every value of every one.
+        seen, measured = layout.seen.take(np.argsort(layout.order)), scan.columns(fitted)
+        g, values = setup.weights[:, fitted], seen.brdf(vector[:, None, :])
     if len(together):
+        random = measured.random_sigma
+        residuals = values - np.where(g > 0.0, measured.brdf, 0.0).T
+        data = residuals, g.T, None if random is None else random.T
         covariance, is_open, system = shared_uncertainty(seen, vector, own, together, *data)
         result = with_shared(result, covariance, is_open, system)
-    is_known = random is not None and bool(np.isfinite(random[g > 0.0]).all())
     alone = _alone(vector, model, result, system, is_known, tied)
-    from_file = is_known and tied is None and bool(measured.components)
-    components = measured.components if from_file else measured.common_components
-    if not components:
-        parts: tuple[Part, ...] = (alone,)
-    else:
+    parts: tuple[Part, ...] = (alone,)
+    from_file = is_known and tied is None
+    if scan.components if from_file else scan.common_components:
+        components = measured.components if from_file else measured.common_components
         # The weights of the values as of the usual optimum, as they were fitted.
         precision = Precision.of(measured, g, usual) if usual is not None else None
         where = measured.directions, measured.wavelength

@@ -85,16 +85,33 @@ class Precision:
 
 
 def generalised(
-    seen: ForwardModel, scan: Scan, solution: Solution, precision: Precision, lower: Array, upper: Array
-) -> Solution:
-    """Return the optimum of rᵀ V⁻¹ r within limits (W, P), from the usual one: damped Gauss–Newton.
+    seen: ForwardModel, scan: Scan, weights: Array, solution: Solution, lower: Array, upper: Array
+) -> tuple[Solution, Array]:
+    """Return the optimum of rᵀ V⁻¹ r, and the values (W, N) of the usual one, which V is made of.
 
-    `scan` holds the W wavelengths of the solution.
+    Parameters
+    ----------
+    seen : ForwardModel
+        Of the N directions.
+    scan : Scan
+        At the W wavelengths of the solution.
+    weights : (N, W) float64
+    solution : Solution
+        The usual optimum, from which damped Gauss–Newton walks.
+    lower, upper : (W, P) float64
+        Limits of the coordinates.
+
+    Raises
+    ------
+    InputError
+        As `Precision.of`.
     """
+    usual = seen.brdf(seen.model.from_coordinates(solution.coordinates)[:, None, :])
+    precision = Precision.of(scan, weights, usual)
     q, converged = solution.coordinates.copy(), np.zeros(len(solution.coordinates), dtype=np.bool_)
     for k in range(len(q)):
         q[k], converged[k] = _descend(seen, scan, precision, k, q[k], lower[k], upper[k])
-    return replace(solution, coordinates=q, converged=converged & solution.converged)
+    return replace(solution, coordinates=q, converged=converged & solution.converged), usual
 
 
 def _descend(

@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Count = npt.NDArray[np.int64]
 
-STATUSES = ("converged", "at bound", "ambiguous", "not converged", "no data")
+STATUSES = ("converged", "at bound", "ambiguous", "not converged", "no data", "no weight")
 """What a status says of one wavelength:
 
 converged
@@ -32,7 +32,10 @@ ambiguous
 not converged
     the polish ran out of iterations, or was asked to stop early (a tolerance)
 no data
-    no value was fitted: all are masked, or have no weight; the parameters are NaN
+    every value is masked; the parameters are NaN
+no weight
+    no value has a weight: their standard uncertainties are unknown or 0, or their weights are 0; the
+    parameters are NaN
 """
 
 
@@ -103,6 +106,9 @@ class Estimate(Record):
     parts : tuple of Part
         What makes the uncertainties: each component of the scan's, carried to the parameters. Empty in files
         of before.
+    lower, upper : (W, P) float64 or None
+        Ends of the profile-likelihood intervals of 68.3 % (`clbrdf.fit.profile`), NaN for parameters that
+        were not fitted; None unless they were asked for.
     """
 
     vector: Array
@@ -112,6 +118,8 @@ class Estimate(Record):
     at_bound: Mask
     undetermined: Mask
     parts: tuple[Part, ...] = ()
+    lower: Array | None = None
+    upper: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +134,35 @@ class Goodness(Record):
         σ_r of (14) over all directions.
     relative_rms_by_incident_angle : (I, W) float64
         σ_r of (14) for each of the scan's incident angles.
+    degrees : (W,) float64
+        Degrees of freedom ν: values less fitted parameters that are not at a limit. A parameter that W
+        wavelengths share counts as 1/W of one.
+    chi2_reduced : (W,) float64
+        Σ ((measured − model)/σ)² / ν with the scan's standard uncertainties, over the values that were
+        fitted; NaN unless all of them have one. It is the least possible only for weights "sigma".
+    scatter : (W,) float64
+        √(Σ g (measured − model)² / ν), which stands for the uncertainty of the values where the scan has
+        none: a relative deviation for weights "relative", in 1/sr for weights "none", √(χ²/ν) for "sigma".
+    lag_one, lag_score : (W,) float64
+        Correlation of the deviations of neighbours along θr, near 0 for noise and towards 1 for a smooth
+        misfit, and its t (`clbrdf.fit.goodness`); NaN without neighbours.
+    lack_of_fit : (W,) float64
+        F: variance of the model's deviations over that of repeated directions, near 1 where the model is
+        right; NaN without repeats.
+    repeats : (W,) int64
+        Degrees of freedom of the repeats: values less different directions.
     """
 
     objective: Array
     relative_rms: Array
     relative_rms_by_incident_angle: Array
+    degrees: Array
+    chi2_reduced: Array
+    scatter: Array
+    lag_one: Array
+    lag_score: Array
+    lack_of_fit: Array
+    repeats: Count
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,15 +15,16 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
 from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.goodness import misfit
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
+from clbrdf.fit.tables import report
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
@@ -47,7 +48,7 @@ class Fit(Record):
     estimate : Estimate
         Parameters, their uncertainties and correlations as arrays.
     goodness : Goodness
-        E of (13), σ_r of (14).
+        E of (13), σ_r of (14), χ²/ν, and what deviations along θr and from repeats say.
     search : Search
         How the parameters were found, and where.
     status : (W,) str
@@ -82,6 +83,18 @@ class Fit(Record):
     def sigma(self) -> Mapping[str, Array]:
         """Standard uncertainties (W,) by name; NaN at a bound, infinite where the data cannot tell."""
         return self._named(self.estimate.sigma)
+
+    @cached_property
+    def intervals(self) -> Mapping[str, Array]:
+        """Profile-likelihood intervals of 68.3 % (W, 2) by name; empty unless the fit was asked for them.
+
+        An end that stands at a limit of the parameter is the limit itself.
+        """
+        lower, upper = self.estimate.lower, self.estimate.upper
+        if lower is None or upper is None:
+            return frozen_map({})
+        ends = np.stack([lower, upper], axis=-1)
+        return frozen_map({name: ends[:, j].copy() for j, name in enumerate(self.model.names)})
 
     def _named(self, values: Array) -> Mapping[str, Array]:
         return frozen_map({name: values[:, j].copy() for j, name in enumerate(self.model.names)})
@@ -167,11 +180,33 @@ class Fit(Record):
         """For each wavelength what has to be known beside its parameters; empty where nothing."""
         return remarks_of(self)
 
+    @property
+    def chi2_reduced(self) -> Array:
+        """χ²/ν with the scan's uncertainties, (W,); NaN where they are not known."""
+        return self.goodness.chi2_reduced
+
+    @property
+    def misfit(self) -> npt.NDArray[np.bool_]:
+        """Where the model does not describe the data, (W,): their uncertainties or repeats say so."""
+        return misfit(self.goodness)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
+
     def evaluate(self, directions: Directions | None = None) -> Array:
         """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
         return out
+
+    def report(self, width: int = 100) -> str:
+        """Return the fit as text of at most `width` characters: tables, how it went, and remarks.
+
+        Values stand with their standard uncertainty in the last digits, 0.02562(13).
+        """
+        return report(self, width)
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the fit with its scan as a NeXus HDF5 file, whole or not at all.
@@ -208,11 +243,6 @@ class Fit(Record):
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return cls(**storage.read(entry))
+                return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error

@@ -17,8 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.observation import ForwardModel
-
 Array = npt.NDArray[np.float64]
 
 CHUNK_BYTES = 32 << 20
@@ -61,76 +59,46 @@ class Uncertainty:
 
 
 def uncertainty(
-    seen: ForwardModel,
-    parameters: Array,
-    at_bound: npt.NDArray[np.bool_],
-    residuals: Array,
-    weights: Array,
-    sigma: Array | None,
+    gram: Array, spread: Array, squares: Array, used: npt.NDArray[np.int64], at_bound: npt.NDArray[np.bool_]
 ) -> Uncertainty:
     """Return the uncertainties at every wavelength.
 
     Parameters
     ----------
-    seen : ForwardModel
-        Of the N directions.
-    parameters : (W, P) float64
-        At the optimum.
+    gram : (W, P, P) float64
+        JᵀGJ at the optimum, in any unit.
+    spread : (W, P, P) float64
+        JᵀGVGJ in that unit squared; NaN where V is not known.
+    squares : (W,) float64
+        Σ g r², residuals in 1/sr, in the unit of JᵀGJ.
+    used : (W,) int64
+        Values that count.
     at_bound : (W, P) bool
-    residuals, weights : (W, N) float64
-        Model less measured value, 1/sr, and g; values of weight 0 are left out.
-    sigma : (W, N) float64 or None
-        Standard uncertainties of the measured values, 1/sr.
     """
-    w, p = parameters.shape
-    size = max(1, CHUNK_BYTES // (8 * p * len(seen.features)))
-    parts = []
-    for first in range(0, w, size):
-        rows = slice(first, first + size)
-        jacobian = seen.jacobian(parameters[rows, None, :])
-        s = None if sigma is None else sigma[rows]
-        parts.append(_chunk(jacobian, at_bound[rows], residuals[rows], weights[rows], s))
-    return Uncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
-
-def _chunk(
-    jacobian: Array,
-    at_bound: npt.NDArray[np.bool_],
-    residuals: Array,
-    weights: Array,
-    sigma: Array | None,
-) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_], Array]:
-    """Fields of an Uncertainty from derivatives (w, N, P)."""
-    root = np.sqrt(weights / weights.max(axis=1, keepdims=True))
-    jacobian *= root[..., None]
-    used = weights > 0.0
-    jacobian[~used] = 0.0  # a derivative that is infinite in a masked direction has no part in it
-    gram = np.swapaxes(jacobian, 1, 2) @ jacobian
     length = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
     free = ~at_bound & (length > 0.0)
     scale = np.where(free, 1.0 / np.where(length > 0.0, length, 1.0), 0.0)
-    n, p = used.sum(axis=1), free.sum(axis=1)
+    n, p = used, free.sum(axis=1)
 
     # Held parameters stand alone with eigenvalue 1.
-    system = gram * scale[:, :, None] * scale[:, None, :] + np.eye(length.shape[1]) * ~free[:, :, None]
+    both = free[:, :, None] & free[:, None, :]
+    scales = scale[:, :, None] * scale[:, None, :]
+    system = np.where(both, gram * scales, 0.0) + np.eye(length.shape[1]) * ~free[:, :, None]
     values, vectors = np.linalg.eigh(system)
     hidden = values < SMALLEST_EIGENVALUE * np.maximum(1, n)[:, None]
     inverse = (
         vectors * np.where(hidden, 0.0, 1.0 / np.where(hidden, 1.0, values))[:, None, :]
     ) @ np.swapaxes(vectors, 1, 2)
-    inverse *= free[:, :, None] & free[:, None, :]
+    inverse *= both
     felt_in_hidden = ((np.abs(vectors) > INVOLVED) & hidden[:, None, :]).any(axis=2)
     undetermined = ~at_bound & (felt_in_hidden | (length == 0.0))
 
-    if sigma is not None and np.isfinite(sigma[used]).all():
-        jacobian *= (root * np.where(used, sigma, 0.0))[..., None]
-        spread = (np.swapaxes(jacobian, 1, 2) @ jacobian) * scale[:, :, None] * scale[:, None, :]
-        covariance = inverse @ spread @ inverse
-    else:
-        left = np.maximum(n - p, 1)
-        variance = np.where(n > p, (np.where(used, root * residuals, 0.0) ** 2).sum(axis=1) / left, np.inf)
-        with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
-            covariance = inverse * variance[:, None, None]
+    left = np.maximum(n - p, 1)
+    variance = np.where(n > p, squares / left, np.inf)
+    known = np.asarray(np.isfinite(spread).all(axis=(1, 2)))
+    with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
+        given = inverse @ np.where(known[:, None, None], spread * scales, 0.0) @ inverse
+        covariance = np.where(known[:, None, None], given, inverse * variance[:, None, None])
     deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
@@ -140,11 +108,10 @@ def _chunk(
     lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
     condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
     condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
-    with np.errstate(
-        invalid="ignore"
-    ):  # 0 · ∞ for held parameters, where nothing is left to tell the scatter
-        covariance *= scale[:, :, None] * scale[:, None, :]
-    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p), covariance
+    with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters, where nothing tells the scatter
+        covariance = covariance * scales
+    determined = ~undetermined.any(axis=1) & (n >= p)
+    return Uncertainty(sigma_p, correlation, condition, undetermined, determined, covariance)
 
 
 def with_covariance(found: Uncertainty, covariance: Array, held: npt.NDArray[np.bool_]) -> Uncertainty:

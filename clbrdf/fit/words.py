@@ -59,9 +59,16 @@ def listed(names: Sequence[str]) -> str:
 Numbers = Sequence[tuple[float, ...]]
 
 
+def plain(value: float, digits: int) -> str:
+    """Return a number in few characters: `digits` significant ones, no exponent below 10⁶, "–" for NaN."""
+    if value != value:
+        return "–"
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e6 else f"{value:.{digits}g}"
+
+
 def span(values: Sequence[float], digits: int) -> str:
     """Return the range of some values, or the only one."""
-    low, high = f"{min(values):.{digits}g}", f"{max(values):.{digits}g}"
+    low, high = plain(min(values), digits), plain(max(values), digits)
     return low if low == high else f"{low} to {high}"
 
 
@@ -76,15 +83,73 @@ def _few_angles(names: str, numbers: Numbers) -> str:
     return f"{names} cannot be determined: {angles}, and {needed} are needed"
 
 
-VARYING = ("correlated",)
+def _misfit(_: str, numbers: Numbers) -> str:
+    chi2 = span([n[0] for n in numbers], 3)
+    return (
+        f"the model does not describe the data within their uncertainties: χ²/ν = {chi2};"
+        " the error bars of its parameters do not count this"
+    )
+
+
+def _lack_of_fit(_: str, numbers: Numbers) -> str:
+    times = span([n[0] ** 0.5 for n in numbers], 2)
+    return f"the model does not describe the data: it misses them by {times} times the scatter of repeats"
+
+
+def _azimuth(_: str, numbers: Numbers) -> str:
+    change, share = span([100.0 * n[0] for n in numbers], 2), span([100.0 * n[1] for n in numbers], 2)
+    return (
+        f"the data change with the incident azimuth by {change} %, {share} % of E, and the model cannot:"
+        " take an anisotropic one"
+    )
+
+
+def _neighbours(_: str, numbers: Numbers) -> str:
+    correlation = span([n[0] for n in numbers], 2)
+    return (
+        f"deviations of neighbours along θr go together (correlation {correlation}):"
+        " the model misses something there, or neighbours share an error"
+    )
+
+
+def _overstated(_: str, numbers: Numbers) -> str:
+    chi2 = span([n[0] for n in numbers], 2)
+    return (
+        f"the values scatter less than their uncertainties say: χ²/ν = {chi2};"
+        " the uncertainties are too large, or shared by many values"
+    )
+
+
+def _left_out(why: str) -> Callable[[str, Numbers], str]:
+    def words(_: str, numbers: Numbers) -> str:
+        count = span([n[0] for n in numbers], 6)
+        return f"{count} value{'s' * (count != '1')} {why}, and were not fitted"
+
+    return words
+
+
+VARYING = (
+    *("misfit", "lack of fit", "azimuth", "neighbours", "overstated", "correlated"),
+    *("without sigma", "sigma of 0", "not positive"),
+)
 """Kinds whose numbers differ everywhere: gathered, they become a range."""
 
 WORDS: dict[str, Callable[[str, Numbers], str]] = {
+    "misfit": _misfit,
+    "lack of fit": _lack_of_fit,
+    "azimuth": _azimuth,
+    "neighbours": _neighbours,
+    "overstated": _overstated,
+    "without sigma": _left_out("have no standard uncertainty, which the weights need"),
+    "sigma of 0": _left_out("have a standard uncertainty of 0, which cannot be a weight"),
+    "not positive": _left_out("are at or below 0, where relative weights have no meaning"),
     "no lobe": lambda names, _: f"{names} cannot be determined: the data show no specular part",
     "few values": _few_values,
     "few angles": _few_angles,
     "undetermined": lambda names, _: f"{names} cannot be determined: other values fit as well",
-    "at bound": lambda names, n: f"{names} is at its limit {n[0][0]:g}",
+    "at bound": lambda names, n: (
+        f"{names} is at its limit {n[0][0]:g}: the error bars of the others are given {names} = {n[0][0]:g}"
+    ),
     "correlated": lambda names, n: f"{names} are hardly told apart: correlation {span([v[0] for v in n], 4)}",
 }
 """What each kind of remark says of some parameters, with the numbers of all wavelengths where it holds."""

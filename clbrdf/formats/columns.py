@@ -18,7 +18,8 @@ several times at one wavelength (a drift check, a repeat) makes as many directio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.formats.columns_write import SETTLED, write
-from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns
+from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns, renamed
 from clbrdf.formats.reading import SURE as SURE_ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
@@ -75,8 +76,13 @@ class _Rows:
     reasons: dict[str, int] = field(default_factory=dict)
 
 
-def read(path: Path) -> list[Reading]:
+def read(path: Path, names: Mapping[str, str] | None = None) -> list[Reading]:
     """Read a table of columns: one reading a sample.
+
+    Parameters
+    ----------
+    names : mapping of str to str, optional
+        Headings of the file, and the names that they stand for.
 
     Raises
     ------
@@ -85,7 +91,7 @@ def read(path: Path) -> list[Reading]:
         unknown, a line with too few or too many cells, text in a number, no such thing as a σ.
     """
     text = read_text(path)
-    sheet = open_sheet(path, text, _fits)
+    sheet = open_sheet(path, text, _fits, partial(renamed, path, names=names) if names else None)
     columns = find_columns(path, sheet.names, LONG)
     value = _value_column(sheet, columns)
     rows = _Rows()
@@ -94,13 +100,19 @@ def read(path: Path) -> list[Reading]:
     joined = {name: np.concatenate(parts) for name, parts in rows.numbers.items()}
     samples, flags = np.concatenate(rows.samples), np.concatenate(rows.flags)
     lines = np.concatenate(rows.lines)
-    names = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
-    flags = _translated(flags, rows.reasons, names)
+    reasons = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
+    flags = _translated(flags, rows.reasons, reasons)
+    notes = sheet.notes(column.place for name, column in columns.items() if LONG[name].units is not None)
     text_start = text.lstrip("\ufeff")[: len(SETTLED)]
     stated = Stated(sure=SURE_ALL) if text_start == SETTLED else _stated(columns, value)
     bands = tuple(rows.bands)
     return [
-        _reading(path, joined, np.flatnonzero(samples == k), flags, names, lines, sample, stated, bands)
+        replace(
+            _reading(
+                path, joined, np.flatnonzero(samples == k), flags, reasons, lines, sample, stated, bands
+            ),
+            notes=notes,
+        )
         for sample, k in sorted(rows.sample_numbers.items())
     ]
 
@@ -187,7 +199,9 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
             check(name, (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
     rows.lines.append(np.array(block.lines, dtype=np.float64))
     samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
-    numbers = [rows.sample_numbers.setdefault(text.strip(), len(rows.sample_numbers)) for text in samples]
+    numbers = [
+        rows.sample_numbers.setdefault(" ".join(text.split()), len(rows.sample_numbers)) for text in samples
+    ]
     rows.samples.append(np.array(numbers, dtype=np.intp))
     flags = np.zeros(n, np.uint32)
     if "flag" in columns:
@@ -292,5 +306,5 @@ def _one_value(values: Array, column: npt.NDArray[np.intp], count: int, by_colum
 
 FORMAT = Format(
     "columns", "CSV, one row a value (also reflectance factors)", (".csv",), sniff, read, write,
-    "everything but polarisation",
+    "everything but polarisation", maps_names=True,
 )  # fmt: skip

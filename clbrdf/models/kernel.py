@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from clbrdf.models.expression import Expression, Node
 from clbrdf.models.formula import Formula
+from clbrdf.models.fraction import Early, Fraction, cost, fractions
 from clbrdf.models.numeric import needed
 from clbrdf.models.parameter import Parameter
+from clbrdf.models.sign import POSITIVE_ANGLES, sign
 
 PARAMETERS, INCIDENT, DIRECTION = 1, 2, 3
 """When a node is formed: once a parameter set, once an incident direction, in every direction."""
@@ -24,11 +27,13 @@ LONGEST = 70
 
 INFIX = {"add": ("+", 1), "subtract": ("-", 1), "multiply": ("*", 2), "divide": ("/", 2)}
 CALLS = {
-    "sqrt": "sqrt",
+    "sqrt": "sqrt_lanes",
     "exp": "exp_lanes",
+    "exp2": "exp2_lanes",
     "log": "log_lanes",
     "log1p": "log1p_lanes",
     "erfcx": "erfcx_lanes",
+    "erfcx_raised": "erfcx_raised",
     "sin": "sin",
     "cos": "cos",
     "tan": "tan",
@@ -36,8 +41,29 @@ CALLS = {
 }
 
 
-def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> str:
-    """Return the OpenCL of a formula whose parameters have a table; `heading` goes on top as a comment."""
+VALUE = "\ninline realv model_brdf(const model_state *m, const geometry x) {\n"
+FRACTION = (
+    "\n// f = what is returned / under; neighbouring directions share a division.\n#define MODEL_DIVIDES\n"
+    "inline realv model_fraction(const model_state *m, const geometry x, realv *under) {\n"
+)
+QUOTIENT = (
+    "\ninline realv model_brdf(const model_state *m, const geometry x) {\n    realv under;\n"
+    "    const realv over = model_fraction(m, x, &under);\n    return over / under;\n}\n"
+)
+SIDE_BY_SIDE = ((50.0, 4), (100.0, 2))
+"""Directions that a sum takes side by side where a value costs at most so many multiplications, else 1.
+
+More of them overlap where the values are short, and spill registers where they are long
+(docs/decisions/0087).
+"""
+
+
+def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str, plain: bool = False) -> str:
+    """Return the OpenCL of a formula whose parameters have a table; `heading` goes on top as a comment.
+
+    `plain` leaves the value as the page forms it, apart from what is hoisted: for a compiler that is to show
+    what it makes of it (`clbrdf.bench.peers`).
+    """
     writer = _Writer(formula)
     units = [
         slope * leaf if row.scale == "log" else slope
@@ -48,10 +74,16 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
     tangents = list({tangent.place: tangent for _, tangent in splits}.values())
     factors = [factor for factor, _ in splits]
     tangent_of = [[t.place for t in tangents].index(tangent.place) for _, tangent in splits]
-    (value,) = _fewer_divisions(writer, [formula.value])
+    whole = fractions([formula.value], writer.early)[0]
+    if plain:
+        ends = _fewer_divisions(writer, [formula.value])
+    else:
+        under = whole.under() if _shares_divisions(whole, writer.early) else None
+        ends = [whole.value()] if under is None else [under, whole.over()]
+        units = [f.value() for f in fractions(units, writer.early)] if units else []
     units = _fewer_divisions(writer, units)
     *tangents, value_beside = _fewer_divisions(writer, [*tangents, formula.value])
-    writer.plan([value, *tangents, value_beside, *units], factors)
+    writer.plan([*ends, *tangents, value_beside, *units], factors)
     fields = writer.fields()
     parts = [
         "".join(f"// {line}".rstrip() + "\n" for line in heading.splitlines()),
@@ -62,8 +94,11 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
         "    model_state m;\n" + writer.prepare() + "    return m;\n}\n",
         "\n// What follows from the incident direction, once for all view directions that share it.\n",
         "inline void model_incident(model_state *m, const geometry x) {\n" + writer.incident() + "}\n",
-        "\ninline realv model_brdf(const model_state *m, const geometry x) {\n",
-        writer.direction([value], ["return {};"]) + "}\n",
+        VALUE + writer.direction(ends, ["return {};"]) + "}\n"
+        if len(ends) == 1
+        else FRACTION + writer.direction(ends, ["*under = {};", "return {};"]) + "}\n" + QUOTIENT,
+        "\n// Directions that a sum takes side by side.\n"
+        f"#define MODEL_SIDE_BY_SIDE {_side_by_side(whole, writer.early)}\n",
     ]
     if units:
         parts += [
@@ -85,6 +120,19 @@ def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str) -> st
         writer.direction(factors, [f"factor[{j}] = {{}};" for j in range(len(factors))]) + "}\n",
     ]
     return "".join(parts)
+
+
+def _shares_divisions(whole: Fraction, early: Early) -> bool:
+    """Whether two directions are to share a division: where roots are taken, which need the same unit."""
+    under = whole.under()
+    ends = [whole.over()] if under is None else [whole.over(), under]
+    late = {whole.early.tape.nodes[k].operation for k in needed(ends, {}) if not early(k)}
+    return under is not None and "sqrt" in late and "exp2" not in late
+
+
+def _side_by_side(whole: Fraction, early: Early) -> int:
+    paid = cost([whole.value()], early)
+    return next((count for most, count in SIDE_BY_SIDE if paid <= most), 1)
 
 
 def _split(writer: _Writer, slope: Expression) -> tuple[Expression, Expression]:
@@ -152,6 +200,21 @@ class _Writer:
     stage: dict[int, int] = field(default_factory=dict)
     order: list[int] = field(default_factory=list)
     names: dict[int, str] = field(default_factory=dict)
+
+    @cached_property
+    def not_negative(self) -> frozenset[int]:
+        """Features that are never below 0."""
+        formula = self.formula
+        tape = formula.whole.tape
+        angles = {tape.leaf(name).place for name in POSITIVE_ANGLES}
+        pairs = zip(formula.features, formula.feature_leaves, strict=True)
+        return frozenset(leaf.place for whole, leaf in pairs if sign(tape, whole.place, angles) > 0)
+
+    def early(self, place: int) -> bool:
+        """Whether a node is formed before the view direction is known."""
+        if place not in self.stage:
+            self.stages([Expression(self.formula.value.tape, place)])
+        return self.stage[place] < DIRECTION
 
     def stages(self, outputs: Sequence[Expression]) -> None:
         """Decide when each node that the outputs need is formed."""
@@ -290,4 +353,10 @@ class _Body:
         if operation == "choose":
             a, b, x, y = (self._operand(k, 2) for k in node.operands)
             return f"({a} < {b} ? (realv){x} : (realv){y})".replace("(realv)(realv)", "(realv)"), 9
+        if operation == "exp2" and self._never_positive(node.operands[0]):
+            return f"exp2_falling({self._operand(node.operands[0], 0)})", 9
         return f"{CALLS[operation]}({', '.join(self._operand(k, 0) for k in node.operands)})", 9
+
+    def _never_positive(self, place: int) -> bool:
+        tape = self.writer.formula.value.tape
+        return sign(tape, place, self.writer.not_negative) < 0

@@ -167,7 +167,7 @@ def geometry_text(model: Model) -> str:
     )
 
 
-ARITHMETIC = ("vector", "exp2", "log", "erfcx")
+ARITHMETIC = ("vector", "sqrt", "exp2", "log", "erfcx")
 """Files of kernels/lib that any model may call."""
 
 BEFORE_MODEL = ("direction", "pair")

@@ -45,9 +45,7 @@ class Processes:
 
     def __enter__(self) -> Processes:
         self._others = set(active_children())
-        # It removes the pool's semaphores when this process ends in the middle of work; not a word of it.
-        with environment({"PYTHONWARNINGS": "ignore:resource_tracker:UserWarning"}), signals_later():
-            resource_tracker.ensure_running()
+        start_tracker()
         self._ending = undone_at_end(self._kill)
         self._ending.__enter__()
         self._pool = ProcessPoolExecutor(
@@ -75,6 +73,15 @@ class Processes:
     def _kill(self) -> None:
         for child in set(active_children()) - self._others:
             child.kill()
+
+
+def start_tracker() -> None:
+    """Start the process of `multiprocessing` that removes semaphores when this one ends amid its work.
+
+    Started here, it does so without a warning.
+    """
+    with environment({"PYTHONWARNINGS": "ignore:resource_tracker:UserWarning"}), signals_later():
+        resource_tracker.ensure_running()
 
 
 def _follow_parent() -> None:

@@ -95,6 +95,7 @@ def stream(
                 datasets = datasets or _begin(entry, setting, block.values.dtype)
                 if under_way is not None:
                     written.append(under_way.result())
+                    hdf5.check_written(file)
                 under_way = pool.submit(_write, datasets, block)
                 report(block.start + len(block.places), n)
             if under_way is not None:

@@ -22,6 +22,7 @@ typedef integer integerv;
 #define LOAD(i, p) ((p)[i])
 #define STORE(x, i, p) ((p)[i] = (x))
 #define ANY(mask) ((mask) != 0)
+#define ALL(mask) ((mask) != 0)
 #define AS_REALV(x) JOIN(as_, REAL)(x)
 #define AS_INTEGERV(x) JOIN(as_, INTEGER)(x)
 #define LANE(x, k) (x)
@@ -31,6 +32,7 @@ typedef JOIN(INTEGER, WIDTH) integerv;
 #define LOAD(i, p) JOIN(vload, WIDTH)((i), (p))
 #define STORE(x, i, p) JOIN(vstore, WIDTH)((x), (i), (p))
 #define ANY(mask) any(mask)
+#define ALL(mask) all(mask)
 #define AS_REALV(x) JOIN(JOIN(as_, REAL), WIDTH)(x)
 #define AS_INTEGERV(x) JOIN(JOIN(as_, INTEGER), WIDTH)(x)
 #endif

@@ -7,6 +7,7 @@ typedef struct {
     realv g;
     realv s1;
     realv s2;
+    realv s3;
 } model_state;
 
 // What follows from the parameters alone.
@@ -16,6 +17,7 @@ inline model_state model_prepare(const realv *p) {
     m.g = p[P_g];
     m.s1 = log_lanes(p[P_x_k]);
     m.s2 = (real)1.0 / p[P_x_k] * m.g;
+    m.s3 = m.g * (real)1.4426950408889634;
     return m;
 }
 
@@ -26,12 +28,15 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->b0 / ((real)1.0 + exp_lanes(m->g * (x.log_x - m->s1)));
+    return m->b0 / ((real)1.0 + exp2_lanes(m->s3 * (x.log_x - m->s1)));
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = (real)1.0 / ((real)1.0 + exp_lanes(m->g * (x.log_x - m->s1))) * m->b0;
+    term[0] = m->b0 / ((real)1.0 + exp2_lanes(m->s3 * (x.log_x - m->s1)));
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.

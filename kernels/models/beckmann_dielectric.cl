@@ -6,8 +6,8 @@ typedef struct {
     realv scale;
     realv alpha;
     realv s1;
-    realv n;
     realv s2;
+    realv n;
     realv s3;
     realv s4;
     realv s5;
@@ -17,6 +17,10 @@ typedef struct {
     realv s9;
     realv s10;
     realv s11;
+    realv s12;
+    realv s13;
+    realv s14;
+    realv s15;
 } model_state;
 
 // What follows from the parameters alone.
@@ -26,49 +30,64 @@ inline model_state model_prepare(const realv *p) {
     m.alpha = p[P_alpha];
     m.s1 = (real)1.0 / (m.alpha * m.alpha);
     m.n = p[P_n];
-    m.s2 = m.n * m.n - (real)1.0;
-    m.s3 = (real)1.0 / m.alpha;
+    m.s3 = m.n * m.n - (real)1.0;
+    m.s4 = -(m.s1 * (real)1.4426950408889634);
+    m.s5 = (real)1.0 / m.alpha;
+    m.s6 = m.s1 * (real)0.5 * m.s3 * m.s3;
+    m.s7 = m.scale * m.s6;
     return m;
 }
 
 // What follows from the incident direction, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
-    m->s4 = x.cot_i * m->s3;
-    m->s5 = (m->s4 < (real)9.0 ? (realv)m->s4 : (realv)(real)9.0);
-    m->s6 = exp_lanes(-(m->s5 * m->s5));
-    m->s7 = (real)0.5 * m->s6;
-    m->s8 = (real)1.0 / (m->s5 * sqrt((real)3.141592653589793));
-    const realv t1 = erfcx_lanes(m->s5);
-    m->s9 = m->s8 - t1;
-    m->s10 = (real)1.0 + m->s7 * m->s9;
-    m->s11 = (real)2.0 * m->s5 * t1 - (real)1.1283791670955126;
+    const realv t1 = x.cot_i / m->alpha;
+    const realv t2 = (t1 < (real)9.0 ? (realv)t1 : (realv)(real)9.0);
+    const realv t3 = sqrt_lanes((real)3.141592653589793);
+    const realv t4 = (real)0.5 * exp_lanes(-(t2 * t2)) * ((real)1.0 / (t2 * t3) - erfcx_lanes(t2));
+    m->s2 = (real)1.0 + t4;
+    m->s8 = x.cot_i * m->s5;
+    m->s9 = (m->s8 < (real)9.0 ? (realv)m->s8 : (realv)(real)9.0);
+    m->s10 = exp_lanes(-(m->s9 * m->s9));
+    m->s11 = (real)0.5 * m->s10;
+    m->s12 = (real)1.0 / (m->s9 * t3);
+    const realv t5 = erfcx_lanes(m->s9);
+    m->s13 = m->s12 - t5;
+    m->s14 = (real)1.0 + m->s11 * m->s13;
+    m->s15 = (real)2.0 * m->s9 * t5 - (real)1.1283791670955126;
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = sqrt(m->s2 + x.cos2_d) + x.cos_d;
-    const realv t2 = x.cot_r * m->s3;
-    const realv t3 = (t2 < (real)9.0 ? (realv)t2 : (realv)(real)9.0);
-    const realv t4 = (real)0.5 * exp_lanes(-(t3 * t3)) * ((real)1.0 / (t3 * sqrt((real)3.141592653589793)) - erfcx_lanes(t3));
-    const realv t5 = (real)1.0 / t1;
-    const realv t6 = m->s2 * t5;
-    const realv t7 = t6 * t5;
-    const realv t8 = (x.cos_d * t1 - (real)1.0) / (x.cos_d * t6 + (real)1.0);
-    const realv t9 = m->s1 * x.front * exp_lanes(-(x.tan2_h * m->s1)) / (m->s10 + t4) * (real)0.5 * t7 * t7 * ((real)1.0 + t8 * t8);
-    return m->scale * t9;
+    const realv t1 = sqrt_lanes(m->s3 + x.cos2_d) + x.cos_d;
+    const realv t2 = x.cos_d * t1 - (real)1.0;
+    const realv t3 = m->s5 * x.cot_r;
+    const realv t4 = (t3 < (real)9.0 ? (realv)t3 : (realv)(real)9.0);
+    const realv t5 = (real)1.0 + t4 + t4;
+    const realv t6 = (real)1.0 / sqrt_lanes((real)3.141592653589793) * t5 - t4 * erfcx_raised(t4);
+    const realv t7 = m->s2 * t4 * t5 + (real)0.5 * exp2_falling((real)(-1.4426950408889634) * t4 * t4) * t6;
+    const realv t8 = m->s3 * x.cos_d + t1;
+    const realv t9 = t8 * t8;
+    const realv t10 = t1 * t1;
+    const realv t11 = x.front * exp2_falling(m->s4 * x.tan2_h) * t4 * t5 * (t9 + t10 * t2 * t2);
+    return m->s7 * t11 / (t10 * t10 * t7 * t9);
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 1
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    const realv t1 = sqrt(m->s2 + x.cos2_d) + x.cos_d;
-    const realv t2 = x.cot_r * m->s3;
-    const realv t3 = (t2 < (real)9.0 ? (realv)t2 : (realv)(real)9.0);
-    const realv t4 = (real)0.5 * exp_lanes(-(t3 * t3)) * ((real)1.0 / (t3 * sqrt((real)3.141592653589793)) - erfcx_lanes(t3));
-    const realv t5 = (real)1.0 / t1;
-    const realv t6 = m->s2 * t5;
-    const realv t7 = t6 * t5;
-    const realv t8 = (x.cos_d * t1 - (real)1.0) / (x.cos_d * t6 + (real)1.0);
-    const realv t9 = m->s1 * x.front * exp_lanes(-(x.tan2_h * m->s1)) / (m->s10 + t4) * (real)0.5 * t7 * t7 * ((real)1.0 + t8 * t8);
-    term[0] = t9;
+    const realv t1 = sqrt_lanes(m->s3 + x.cos2_d) + x.cos_d;
+    const realv t2 = x.cos_d * t1 - (real)1.0;
+    const realv t3 = m->s5 * x.cot_r;
+    const realv t4 = (t3 < (real)9.0 ? (realv)t3 : (realv)(real)9.0);
+    const realv t5 = (real)1.0 + t4 + t4;
+    const realv t6 = (real)1.0 / sqrt_lanes((real)3.141592653589793) * t5 - t4 * erfcx_raised(t4);
+    const realv t7 = m->s3 * x.cos_d + t1;
+    const realv t8 = t7 * t7;
+    const realv t9 = t1 * t1;
+    const realv t10 = x.front * exp2_falling(m->s4 * x.tan2_h) * t4 * t5 * (t8 + t9 * t2 * t2);
+    const realv t11 = m->s14 * t4 * t5 + (real)0.5 * exp2_falling((real)(-1.4426950408889634) * t4 * t4) * t6;
+    term[0] = m->s6 * t10 / (t9 * t9 * t11 * t8);
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -78,47 +97,47 @@ constant int tangent_of[P] = {0, 1, 2};
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
     const realv t1 = m->s1 * x.front;
     const realv t2 = exp_lanes(-(x.tan2_h * m->s1));
-    const realv t3 = sqrt((real)3.141592653589793);
-    const realv t4 = sqrt(m->s2 + x.cos2_d);
+    const realv t3 = sqrt_lanes((real)3.141592653589793);
+    const realv t4 = sqrt_lanes(m->s3 + x.cos2_d);
     const realv t5 = t4 + x.cos_d;
-    const realv t6 = x.cot_r * m->s3;
-    const realv t7 = (t6 < (real)9.0 ? (realv)t6 : (realv)(real)9.0);
-    const realv t8 = exp_lanes(-(t7 * t7));
-    const realv t9 = (real)0.5 * t8;
-    const realv t10 = (real)1.0 / (t7 * t3);
-    const realv t11 = erfcx_lanes(t7);
-    const realv t12 = t10 - t11;
-    const realv t13 = (real)1.0 / t5;
-    const realv t14 = m->s2 * t13;
-    const realv t15 = t14 * t13;
-    const realv t16 = (real)0.5 * t15 * t15;
-    const realv t17 = (real)1.0 / (m->s10 + t9 * t12);
-    const realv t18 = t1 * t2 * t17;
-    const realv t19 = (real)1.0 / (x.cos_d * t14 + (real)1.0);
+    const realv t6 = (real)1.0 / t5;
+    const realv t7 = x.cot_r * m->s5;
+    const realv t8 = (t7 < (real)9.0 ? (realv)t7 : (realv)(real)9.0);
+    const realv t9 = exp_lanes(-(t8 * t8));
+    const realv t10 = (real)0.5 * t9;
+    const realv t11 = (real)1.0 / (t8 * t3);
+    const realv t12 = erfcx_lanes(t8);
+    const realv t13 = t11 - t12;
+    const realv t14 = (real)1.0 / (m->s14 + t10 * t13);
+    const realv t15 = t1 * t2 * t14;
+    const realv t16 = m->s3 * t6;
+    const realv t17 = t16 * t6;
+    const realv t18 = (real)0.5 * t17 * t17;
+    const realv t19 = (real)1.0 / (x.cos_d * t16 + (real)1.0);
     const realv t20 = (x.cos_d * t5 - (real)1.0) * t19;
     const realv t21 = (real)1.0 + t20 * t20;
-    const realv t22 = t16 * t21;
-    const realv t23 = m->scale * t18;
-    const realv t24 = t23 * t16 * t20;
+    const realv t22 = t18 * t21;
+    const realv t23 = m->scale * t15;
+    const realv t24 = t23 * t18 * t20;
     const realv t25 = (t24 + t24) * t19;
-    const realv t26 = t23 * t21 * (real)0.5 * t15;
-    const realv t27 = (t26 + t26) * t13;
-    const realv t28 = (-(t25 * t20 * x.cos_d) + t27) * t13;
-    const realv t29 = (t28 + (t25 * x.cos_d - t27 * t15 - t28 * t14) * (real)0.5 / t4) * m->n;
-    const realv t30 = m->scale * t22 * t17;
-    const realv t31 = t30 * t18;
-    const realv t32 = t31 * t9;
-    const realv t33 = t32 * ((real)2.0 * t7 * t11 - (real)1.1283791670955126) + t32 * t10 * t10 * t3;
-    const realv t34 = t31 * t12 * (real)0.5 * t8 * t7;
-    const realv t35 = (t6 < (real)9.0 ? (realv)(t33 + t34 + t34) : (realv)(real)0.0) * m->s3 * t6;
-    const realv t36 = t31 * m->s7;
-    const realv t37 = t31 * m->s9 * (real)0.5 * m->s6 * m->s5;
-    const realv t38 = (m->s4 < (real)9.0 ? (realv)(t36 * m->s11 + t36 * m->s8 * m->s8 * t3 + t37 + t37) : (realv)(real)0.0);
+    const realv t26 = t23 * t21 * (real)0.5 * t17;
+    const realv t27 = (t26 + t26) * t6;
+    const realv t28 = (-(t25 * t20 * x.cos_d) + t27) * t6;
+    const realv t29 = (t28 + (t25 * x.cos_d - t27 * t17 - t28 * t16) * (real)0.5 / t4) * m->n;
+    const realv t30 = m->scale * t22 * t14;
+    const realv t31 = t30 * t15;
+    const realv t32 = t31 * t10;
+    const realv t33 = t32 * ((real)2.0 * t8 * t12 - (real)1.1283791670955126) + t32 * t11 * t11 * t3;
+    const realv t34 = t31 * t13 * (real)0.5 * t9 * t8;
+    const realv t35 = (t7 < (real)9.0 ? (realv)(t33 + t34 + t34) : (realv)(real)0.0) * m->s5 * t7;
+    const realv t36 = t31 * m->s11;
+    const realv t37 = t31 * m->s13 * (real)0.5 * m->s10 * m->s9;
+    const realv t38 = (m->s8 < (real)9.0 ? (realv)(t36 * m->s15 + t36 * m->s12 * m->s12 * t3 + t37 + t37) : (realv)(real)0.0);
     const realv t39 = (-(t30 * t1 * t2 * x.tan2_h) + t30 * t2 * x.front) * m->s1 * m->s1 * m->alpha;
-    tangent[0] = -t35 - t38 * m->s3 * m->s4 - t39 - t39;
+    tangent[0] = -t35 - t38 * m->s5 * m->s8 - t39 - t39;
     tangent[1] = t29 + t29;
-    tangent[2] = t18 * t15 * t15 * t21;
-    return m->scale * t18 * t22;
+    tangent[2] = t15 * t17 * t17 * t21;
+    return m->scale * t15 * t22;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {

@@ -14,6 +14,9 @@ typedef struct {
     realv s5;
     realv s6;
     realv s7;
+    realv s8;
+    realv s9;
+    realv s10;
 } model_state;
 
 // What follows from the parameters alone.
@@ -28,28 +31,43 @@ inline model_state model_prepare(const realv *p) {
     m.F90 = p[P_F90];
     m.s5 = (real)1.0 / m.s2;
     m.s6 = (real)1.0 / m.s3;
+    m.s7 = (real)1.0 / m.s1;
+    m.s8 = m.s7 * m.F0;
+    m.s9 = m.s7 * m.F90;
     return m;
 }
 
 // What follows from the incident direction, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
-    m->s4 = sqrt((real)1.0 + m->s2 * x.tan2_x_i + m->s3 * x.tan2_y_i);
-    m->s7 = (real)1.0 / m->s4;
+    m->s4 = sqrt_lanes((real)1.0 + m->s2 * x.tan2_x_i + m->s3 * x.tan2_y_i);
+    m->s10 = (real)1.0 / m->s4;
+}
+
+// f = what is returned / under; neighbouring directions share a division.
+#define MODEL_DIVIDES
+inline realv model_fraction(const model_state *m, const geometry x, realv *under) {
+    const realv t1 = m->s4 + sqrt_lanes((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
+    const realv t2 = (real)1.0 + m->s5 * x.along2 + m->s6 * x.across2;
+    *under = t1 * t2 * t2;
+    return x.front * (m->s8 * x.less_schlick + m->s9 * x.schlick);
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = (real)1.0 + x.along2 * m->s5 + x.across2 * m->s6;
-    const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
-    return x.front / t2 * (m->F0 * x.less_schlick + m->F90 * x.schlick);
+    realv under;
+    const realv over = model_fraction(m, x, &under);
+    return over / under;
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    const realv t1 = (real)1.0 + x.along2 * m->s5 + x.across2 * m->s6;
-    const realv t2 = m->s1 * t1 * t1 * (m->s4 + sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r));
-    const realv t3 = x.front / t2;
-    term[0] = t3 * x.less_schlick;
-    term[1] = t3 * x.schlick;
+    const realv t1 = m->s4 + sqrt_lanes((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
+    const realv t2 = (real)1.0 + m->s5 * x.along2 + m->s6 * x.across2;
+    const realv t3 = x.front / (t1 * t2 * t2);
+    term[0] = m->s7 * x.less_schlick * t3;
+    term[1] = m->s7 * x.schlick * t3;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -57,7 +75,7 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1, 2, 3};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = sqrt((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
+    const realv t1 = sqrt_lanes((real)1.0 + m->s2 * x.tan2_x_r + m->s3 * x.tan2_y_r);
     const realv t2 = m->s4 + t1;
     const realv t3 = m->F0 * x.less_schlick + m->F90 * x.schlick;
     const realv t4 = x.along2 * m->s5;
@@ -71,7 +89,7 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
     const realv t12 = t11 * t2;
     const realv t13 = t11 * t8 * (real)0.5;
     const realv t14 = t13 / t1;
-    const realv t15 = t13 * m->s7;
+    const realv t15 = t13 * m->s10;
     const realv t16 = t12 * t7;
     const realv t17 = t12 * m->s1 * t6;
     const realv t18 = -t17 - t17;

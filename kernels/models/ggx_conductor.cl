@@ -15,6 +15,8 @@ typedef struct {
     realv s6;
     realv s7;
     realv s8;
+    realv s9;
+    realv s10;
 } model_state;
 
 // What follows from the parameters alone.
@@ -30,55 +32,70 @@ inline model_state model_prepare(const realv *p) {
     m.s5 = m.s4 * m.k;
     m.s6 = m.s5 * (real)0.5;
     m.s7 = m.s5 * m.s5;
+    m.s8 = m.s1 * (real)0.5;
+    m.s9 = m.scale * m.s8;
     return m;
 }
 
 // What follows from the incident direction, once for all view directions that share it.
 inline void model_incident(model_state *m, const geometry x) {
-    m->s2 = sqrt((real)1.0 + m->s1 * x.tan2_i);
-    m->s8 = (real)1.0 / m->s2;
+    m->s2 = sqrt_lanes((real)1.0 + m->s1 * x.tan2_i);
+    m->s10 = (real)1.0 / m->s2;
+}
+
+// f = what is returned / under; neighbouring directions share a division.
+#define MODEL_DIVIDES
+inline realv model_fraction(const model_state *m, const geometry x, realv *under) {
+    const realv t1 = m->s1 + x.tan2_h;
+    const realv t2 = m->s3 - x.sin2_d;
+    const realv t3 = sqrt_lanes(t2 * t2 + m->s7) + (t2 < (real)0.0 ? (realv)-t2 : (realv)t2);
+    const realv t4 = sqrt_lanes((real)0.5 * t3 + (real)1e-30);
+    const realv t5 = m->s6 / t4;
+    const realv t6 = (t2 < (real)0.0 ? (realv)t5 : (realv)t4);
+    const realv t7 = (t2 < (real)0.0 ? (realv)t4 : (realv)t5);
+    const realv t8 = t7 * t7;
+    const realv t9 = t6 * t6 + t8 + x.cos2_d;
+    const realv t10 = x.cos_d * t6;
+    const realv t11 = (real)2.0 * t10;
+    const realv t12 = t9 - t11;
+    const realv t13 = t10 - x.sin2_d;
+    const realv t14 = x.cos2_d * t8;
+    const realv t15 = t10 + x.sin2_d;
+    const realv t16 = t15 * t15 + t14;
+    const realv t17 = t1 * t1 * (m->s2 + sqrt_lanes((real)1.0 + m->s1 * x.tan2_r)) * (t9 + t11);
+    *under = t17 * t16;
+    return m->s9 * x.front * (t12 * t16 + t12 * (t13 * t13 + t14));
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = m->s1 + x.tan2_h;
-    const realv t2 = m->s1 * x.front / (t1 * t1 * (m->s2 + sqrt((real)1.0 + m->s1 * x.tan2_r)));
-    const realv t3 = m->s3 - x.sin2_d;
-    const realv t4 = (sqrt(t3 * t3 + m->s7) + (t3 < (real)0.0 ? (realv)-t3 : (realv)t3)) * (real)0.5;
-    const realv t5 = sqrt(t4 + (real)1e-30);
-    const realv t6 = m->s6 / t5;
-    const realv t7 = (t3 < (real)0.0 ? (realv)t6 : (realv)t5);
-    const realv t8 = (t3 < (real)0.0 ? (realv)t5 : (realv)t6);
-    const realv t9 = t8 * t8;
-    const realv t10 = t7 * t7 + t9 + x.cos2_d;
-    const realv t11 = (real)2.0 * t7 * x.cos_d;
-    const realv t12 = (t10 - t11) / (t10 + t11);
-    const realv t13 = t7 * x.cos_d;
-    const realv t14 = t13 - x.sin2_d;
-    const realv t15 = t9 * x.cos2_d;
-    const realv t16 = t13 + x.sin2_d;
-    const realv t17 = m->scale * t2 * (real)0.5 * (t12 + t12 * (t14 * t14 + t15) / (t16 * t16 + t15));
-    return t17;
+    realv under;
+    const realv over = model_fraction(m, x, &under);
+    return over / under;
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 1
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
     const realv t1 = m->s1 + x.tan2_h;
-    const realv t2 = m->s1 * x.front / (t1 * t1 * (m->s2 + sqrt((real)1.0 + m->s1 * x.tan2_r)));
-    const realv t3 = m->s3 - x.sin2_d;
-    const realv t4 = (sqrt(t3 * t3 + m->s7) + (t3 < (real)0.0 ? (realv)-t3 : (realv)t3)) * (real)0.5;
-    const realv t5 = sqrt(t4 + (real)1e-30);
-    const realv t6 = m->s6 / t5;
-    const realv t7 = (t3 < (real)0.0 ? (realv)t6 : (realv)t5);
-    const realv t8 = (t3 < (real)0.0 ? (realv)t5 : (realv)t6);
-    const realv t9 = t8 * t8;
-    const realv t10 = t7 * t7 + t9 + x.cos2_d;
-    const realv t11 = (real)2.0 * t7 * x.cos_d;
-    const realv t12 = (t10 - t11) / (t10 + t11);
-    const realv t13 = t7 * x.cos_d;
-    const realv t14 = t13 - x.sin2_d;
-    const realv t15 = t9 * x.cos2_d;
-    const realv t16 = t13 + x.sin2_d;
-    term[0] = t2 * (real)0.5 * (t12 + t12 * (t14 * t14 + t15) / (t16 * t16 + t15));
+    const realv t2 = m->s3 - x.sin2_d;
+    const realv t3 = sqrt_lanes(t2 * t2 + m->s7) + (t2 < (real)0.0 ? (realv)-t2 : (realv)t2);
+    const realv t4 = sqrt_lanes((real)0.5 * t3 + (real)1e-30);
+    const realv t5 = m->s6 / t4;
+    const realv t6 = (t2 < (real)0.0 ? (realv)t5 : (realv)t4);
+    const realv t7 = (t2 < (real)0.0 ? (realv)t4 : (realv)t5);
+    const realv t8 = t7 * t7;
+    const realv t9 = t6 * t6 + t8 + x.cos2_d;
+    const realv t10 = x.cos_d * t6;
+    const realv t11 = (real)2.0 * t10;
+    const realv t12 = t9 - t11;
+    const realv t13 = t10 - x.sin2_d;
+    const realv t14 = x.cos2_d * t8;
+    const realv t15 = t10 + x.sin2_d;
+    const realv t16 = t15 * t15 + t14;
+    const realv t17 = t1 * t1 * (m->s2 + sqrt_lanes((real)1.0 + m->s1 * x.tan2_r)) * (t9 + t11);
+    term[0] = m->s8 * x.front * (t12 * t16 + t12 * (t13 * t13 + t14)) / (t17 * t16);
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -88,12 +105,12 @@ constant int tangent_of[P] = {0, 1, 2, 3};
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
     const realv t1 = m->s1 + x.tan2_h;
     const realv t2 = t1 * t1;
-    const realv t3 = sqrt((real)1.0 + m->s1 * x.tan2_r);
+    const realv t3 = sqrt_lanes((real)1.0 + m->s1 * x.tan2_r);
     const realv t4 = m->s2 + t3;
     const realv t5 = m->s3 - x.sin2_d;
-    const realv t6 = sqrt(t5 * t5 + m->s7);
+    const realv t6 = sqrt_lanes(t5 * t5 + m->s7);
     const realv t7 = (t6 + (t5 < (real)0.0 ? (realv)-t5 : (realv)t5)) * (real)0.5 + (real)1e-30;
-    const realv t8 = sqrt(t7);
+    const realv t8 = sqrt_lanes(t7);
     const realv t9 = (real)1.0 / (t2 * t4);
     const realv t10 = m->s1 * x.front * t9;
     const realv t11 = (real)1.0 / t8;
@@ -144,7 +161,7 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
     const realv t56 = t55 * t10;
     const realv t57 = t56 * t2 * (real)0.5;
     const realv t58 = t56 * t4 * t1;
-    const realv t59 = -(t57 / t3 * x.tan2_r) - t57 * m->s8 * x.tan2_i + -t58 - t58 + t55 * x.front;
+    const realv t59 = -(t57 / t3 * x.tan2_r) - t57 * m->s10 * x.tan2_i + -t58 - t58 + t55 * x.front;
     const realv t60 = t59 * m->alpha;
     tangent[0] = t60 + t60;
     tangent[1] = t52 * m->k * (real)2.0 + t54 + t54;

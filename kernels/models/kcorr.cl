@@ -8,6 +8,7 @@ typedef struct {
     realv l;
     realv s2;
     realv s3;
+    realv s4;
 } model_state;
 
 // What follows from the parameters alone.
@@ -18,6 +19,7 @@ inline model_state model_prepare(const realv *p) {
     m.l = p[P_l];
     m.s2 = m.b0 * (real)(-0.5);
     m.s3 = (real)1.0 / (m.l * m.l);
+    m.s4 = m.s1 * (real)1.4426950408889634;
     return m;
 }
 
@@ -28,12 +30,15 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->b0 * exp_lanes(m->s1 * log1p_lanes(x.x2 * m->s3));
+    return m->b0 * exp2_lanes(m->s4 * log1p_lanes(m->s3 * x.x2));
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 2
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(m->s1 * log1p_lanes(x.x2 * m->s3)) * m->b0;
+    term[0] = m->b0 * exp2_lanes(m->s4 * log1p_lanes(m->s3 * x.x2));
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.

@@ -9,18 +9,22 @@ typedef struct {
     realv s3;
     realv s4;
     realv s5;
+    realv s6;
 } model_state;
 
 // What follows from the parameters alone.
 inline model_state model_prepare(const realv *p) {
     model_state m;
     m.rho = p[P_rho];
-    m.s1 = p[P_k] + (real)1.0;
-    m.s2 = m.rho * m.s1;
-    m.s3 = p[P_k] - (real)1.0;
-    const realv t1 = (real)1.0 / ((real)2.0 * (real)3.141592653589793);
-    m.s4 = t1 * m.s2;
-    m.s5 = t1 * m.s1;
+    const realv t1 = p[P_k] + (real)1.0;
+    m.s1 = m.rho * t1;
+    m.s2 = p[P_k] - (real)1.0;
+    const realv t2 = (real)2.0 * (real)3.141592653589793;
+    const realv t3 = (real)1.0 / t2;
+    m.s3 = t3 * m.s1;
+    m.s4 = t3 * t1;
+    m.s5 = m.s2 * (real)1.4426950408889634;
+    m.s6 = m.s1 / t2;
     return m;
 }
 
@@ -31,14 +35,15 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    const realv t1 = m->s2 * exp_lanes(m->s3 * x.log_cosines) * (real)1.0 / ((real)2.0 * (real)3.141592653589793);
-    return t1;
+    return m->s6 * exp2_lanes(m->s5 * x.log_cosines);
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    const realv t1 = (real)1.0 / ((real)2.0 * (real)3.141592653589793) * exp_lanes(m->s3 * x.log_cosines);
-    term[0] = t1 * m->s1;
+    term[0] = m->s4 * exp2_lanes(m->s5 * x.log_cosines);
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -46,14 +51,14 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = exp_lanes(m->s3 * x.log_cosines);
+    const realv t1 = exp_lanes(m->s2 * x.log_cosines);
     const realv t2 = (real)1.0 / ((real)2.0 * (real)3.141592653589793);
     tangent[0] = t1;
-    tangent[1] = m->s4 * t1 * x.log_cosines + t2 * t1 * m->rho;
-    return m->s2 * t1 * t2;
+    tangent[1] = m->s3 * t1 * x.log_cosines + t2 * t1 * m->rho;
+    return m->s1 * t1 * t2;
 }
 
 inline void model_factors(const model_state *m, realv *factor) {
-    factor[0] = m->s5;
+    factor[0] = m->s4;
     factor[1] = (realv)(real)1.0;
 }

@@ -12,6 +12,8 @@ typedef struct {
     realv s6;
     realv s7;
     realv s8;
+    realv s9;
+    realv s10;
 } model_state;
 
 // What follows from the parameters alone.
@@ -22,18 +24,23 @@ inline model_state model_prepare(const realv *p) {
     const realv t1 = m.sigma * m.sigma;
     const realv t2 = (real)0.5 * t1;
     const realv t3 = t1 + (real)0.33;
-    m.s2 = (real)1.0 - t2 / t3;
-    const realv t4 = (real)0.45 * t1;
-    const realv t5 = t1 + (real)0.09;
-    m.s3 = t4 / t5;
-    const realv t6 = (real)1.0 / t3;
-    const realv t7 = t2 * t6;
-    m.s4 = (real)1.0 - t7;
-    m.s5 = (real)1.0 / t5;
-    m.s6 = t4 * m.s5;
-    const realv t8 = m.s1 * t6;
-    m.s7 = t8 * t7;
-    m.s8 = t8 * (real)0.5;
+    const realv t4 = (real)1.0 - t2 / t3;
+    const realv t5 = (real)0.45 * t1;
+    const realv t6 = t1 + (real)0.09;
+    const realv t7 = t5 / t6;
+    const realv t8 = (real)1.0 / (real)3.141592653589793;
+    m.s2 = m.s1 * t4;
+    m.s3 = m.s1 * t7;
+    m.s4 = t8 * t4;
+    m.s5 = t8 * t7;
+    const realv t9 = (real)1.0 / t3;
+    const realv t10 = t2 * t9;
+    m.s6 = (real)1.0 - t10;
+    m.s7 = (real)1.0 / t6;
+    m.s8 = t5 * m.s7;
+    const realv t11 = m.s1 * t9;
+    m.s9 = t11 * t10;
+    m.s10 = t11 * (real)0.5;
     return m;
 }
 
@@ -44,12 +51,15 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->s1 * (m->s2 + m->s3 * x.backward);
+    return m->s2 + m->s3 * x.backward;
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = (m->s2 + m->s3 * x.backward) * (real)1.0 / (real)3.141592653589793;
+    term[0] = m->s4 + m->s5 * x.backward;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -57,9 +67,9 @@ inline void model_terms(const model_state *m, const geometry x, realv *term) {
 constant int tangent_of[P] = {0, 1};
 
 inline realv model_tangents(const model_state *m, const geometry x, realv *tangent) {
-    const realv t1 = m->s4 + m->s6 * x.backward;
-    const realv t2 = m->s1 * x.backward * m->s5;
-    const realv t3 = (-(t2 * m->s6) + t2 * (real)0.45 + m->s7 - m->s8) * m->sigma;
+    const realv t1 = m->s6 + m->s8 * x.backward;
+    const realv t2 = m->s1 * x.backward * m->s7;
+    const realv t3 = (-(t2 * m->s8) + t2 * (real)0.45 + m->s9 - m->s10) * m->sigma;
     tangent[0] = t1;
     tangent[1] = t3 + t3;
     return m->s1 * t1;

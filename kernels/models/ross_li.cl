@@ -27,6 +27,9 @@ inline realv model_brdf(const model_state *m, const geometry x) {
     return m->s1 + m->f_vol * x.volume + m->f_geo * x.crowns;
 }
 
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
+
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
     term[0] = (real)1.0 / (real)3.141592653589793;

@@ -13,6 +13,11 @@ typedef struct {
     realv s6;
     realv s7;
     realv s8;
+    realv s9;
+    realv s10;
+    realv s11;
+    realv s12;
+    realv s13;
 } model_state;
 
 // What follows from the parameters alone.
@@ -29,6 +34,11 @@ inline model_state model_prepare(const realv *p) {
     m.s6 = m.s5 * m.s5;
     m.s7 = (real)4.0 * t1;
     m.s8 = -m.s2;
+    m.s9 = m.s3 * (real)1.4426950408889634;
+    m.s10 = m.s2 / (real)3.141592653589793;
+    m.s11 = m.s10 * m.s4;
+    m.s12 = (real)1.0 / (real)3.141592653589793 * m.s1;
+    m.s13 = m.s12 * m.s4;
     return m;
 }
 
@@ -40,15 +50,18 @@ inline void model_incident(model_state *m, const geometry x) {
 
 inline realv model_brdf(const model_state *m, const geometry x) {
     const realv t1 = m->s6 + m->s7 * (m->Theta < (real)0.0 ? (realv)x.sin2_d : (realv)x.cos2_d);
-    const realv t2 = m->s2 * exp_lanes(m->s3 * x.log_bowl) * ((real)1.0 + m->s4 * x.near) / ((real)3.141592653589793 * t1 * sqrt(t1));
+    const realv t2 = exp2_lanes(m->s9 * x.log_bowl) * (m->s10 + m->s11 * x.near) / (t1 * sqrt_lanes(t1));
     return t2;
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
     const realv t1 = m->s6 + m->s7 * (m->Theta < (real)0.0 ? (realv)x.sin2_d : (realv)x.cos2_d);
-    const realv t2 = (real)1.0 / ((real)3.141592653589793 * t1 * sqrt(t1)) * ((real)1.0 + m->s4 * x.near);
-    term[0] = t2 * exp_lanes(m->s3 * x.log_bowl) * m->s1;
+    const realv t2 = exp2_lanes(m->s9 * x.log_bowl) * (m->s12 + m->s13 * x.near) / (t1 * sqrt_lanes(t1));
+    term[0] = t2;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.
@@ -61,7 +74,7 @@ inline realv model_tangents(const model_state *m, const geometry x, realv *tange
     const realv t3 = (m->Theta < (real)0.0 ? (realv)x.sin2_d : (realv)x.cos2_d);
     const realv t4 = m->s6 + m->s7 * t3;
     const realv t5 = (real)3.141592653589793 * t4;
-    const realv t6 = sqrt(t4);
+    const realv t6 = sqrt_lanes(t4);
     const realv t7 = (real)1.0 / (t5 * t6);
     const realv t8 = t7 * t2 * t1 * m->rho0 * m->Theta;
     const realv t9 = m->s2 * t1 * t2 * t7;

@@ -7,6 +7,7 @@ typedef struct {
     realv alpha;
     realv s1;
     realv s2;
+    realv s3;
 } model_state;
 
 // What follows from the parameters alone.
@@ -16,6 +17,7 @@ inline model_state model_prepare(const realv *p) {
     m.alpha = p[P_alpha];
     m.s1 = (real)1.0 / (m.alpha * m.alpha);
     m.s2 = m.rho_s * m.s1;
+    m.s3 = -(m.s1 * (real)1.4426950408889634);
     return m;
 }
 
@@ -26,12 +28,15 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->s2 * x.spread * exp_lanes(-(x.tan2_h * m->s1));
+    return m->s2 * x.spread * exp2_falling(m->s3 * x.tan2_h);
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(-(x.tan2_h * m->s1)) * x.spread * m->s1;
+    term[0] = m->s1 * x.spread * exp2_falling(m->s3 * x.tan2_h);
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.

@@ -33,12 +33,17 @@ inline void model_incident(model_state *m, const geometry x) {
 }
 
 inline realv model_brdf(const model_state *m, const geometry x) {
-    return m->s1 * x.spread * exp_lanes(-(x.along2 * m->s3 + x.across2 * m->s4));
+    const realv t1 = exp2_falling((real)(-1.4426950408889634) * (m->s3 * x.along2 + m->s4 * x.across2));
+    return m->s1 * x.spread * t1;
 }
+
+// Directions that a sum takes side by side.
+#define MODEL_SIDE_BY_SIDE 4
 
 // What the linear parameters multiply; for those on a log scale, the product.
 inline void model_terms(const model_state *m, const geometry x, realv *term) {
-    term[0] = exp_lanes(-(x.along2 * m->s3 + x.across2 * m->s4)) * x.spread * m->s2;
+    const realv t1 = exp2_falling((real)(-1.4426950408889634) * (m->s3 * x.along2 + m->s4 * x.across2));
+    term[0] = m->s2 * x.spread * t1;
 }
 
 // f, and ∂f/∂p_j = factor[j] · tangent[tangent_of[j]]; factors do not depend on the view.

@@ -5,13 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pyopencl as cl
 import pytest
-from mpmath import mpf, power
+from mpmath import mp, mpf, power
 
 from clbrdf.models import get_model
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.lanes import Lanes, safe_lanes
 from clbrdf.opencl.precision import get_precision
-from clbrdf.opencl.program import Variant, constants_text, kernel_text, philox_text, upload
+from clbrdf.opencl.program import (
+    ARITHMETIC,
+    BUILD_OPTIONS,
+    Variant,
+    constants_text,
+    kernel_text,
+    philox_text,
+    upload,
+)
 
 EXP2_JOB = """
 kernel void job(global const real *x, global real *y) {
@@ -100,3 +108,48 @@ def test_philox_gives_its_published_words(device, counter_and_key, words):
     cl.Kernel(program, "job")(queue, (1,), None, upload(device, np.array(counter_and_key, np.uint32)), result)
     cl.enqueue_copy(queue, out, result)
     assert out.tolist() == words
+
+
+def on_lanes(device, precision, width, x, call):
+    """Values of a function of kernels/lib, in lanes."""
+    variant = Variant("none", get_model(), get_precision(precision), Lanes(width, 1))
+    job = EXP2_JOB.replace("exp2_lanes", call)
+    text = constants_text(variant) + "".join(kernel_text(f"lib/{name}.cl") for name in ARITHMETIC) + job
+    queue, dtype = open_queue(device), get_precision(precision).dtype
+    program = cl.Program(queue.context, text).build(options=BUILD_OPTIONS)
+    out = np.empty(len(x), dtype)
+    result = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, out.nbytes)
+    cl.Kernel(program, "job")(queue, (len(x) // width,), None, upload(device, x, dtype), result)
+    cl.enqueue_copy(queue, out, result)
+    return out
+
+
+def scaled_erfc(x):
+    return mp.exp(x * x) * mp.erfc(x)
+
+
+@pytest.mark.filterwarnings("ignore::pyopencl.CompilerWarning")
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize(
+    ("call", "exact", "low", "high", "ulp"),
+    # Bounds in units of 2^-24 and 2^-53: those that the files state.
+    [
+        ("sqrt_lanes", mp.sqrt, -30, 30, 1.01),
+        ("log_lanes", mp.log, -30, 30, 4),
+        ("log1p_lanes", mp.log1p, -30, 30, 4),
+        ("erfcx_lanes", scaled_erfc, -6, 6, 10),
+    ],
+)
+def test_functions_keep_their_stated_error(device, precision, call, exact, low, high, ulp):
+    dtype = get_precision(precision).dtype
+    rng = np.random.default_rng(6)
+    x = np.concatenate([10.0 ** rng.uniform(low, high, 2000), rng.uniform(0.3, 3.0, 1000)]).astype(dtype)
+    unit = 2.0**-24 if dtype is np.float32 else 2.0**-53
+    with mp.workdps(40):
+        right = [exact(mpf(float(a))) for a in x]
+        for width in {1, safe_lanes(device, dtype).width}:
+            y = on_lanes(device, precision, width, x, call)
+            # About 1 a logarithm is right to half a unit of 1 only: it is small there.
+            size = [max(abs(b), mpf(0.25) if call == "log_lanes" else 0) for b in right]
+            errors = [abs(mpf(float(a)) - b) / s for a, b, s in zip(y, right, size, strict=True)]
+            assert float(max(errors)) <= ulp * unit

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
 from clbrdf.fit.budget import half_sigma, has_halves
 from clbrdf.fit.result import Fit
 from clbrdf.fit.words import remarks_line
 from clbrdf.models import NEEDS_PHI, Model
+from clbrdf.models.javascript import javascript_text
 from clbrdf.objective import WEIGHTS, weight_matrix
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -59,6 +59,31 @@ def open_for_page(path: str | Path) -> PageSubject:
     return PageSubject(whole.sample or Path(path).stem, scan, fit, Path(path).name, said)
 
 
+def computable(subject: PageSubject) -> PageSubject:
+    """Return a subject as far as a page can compute it: without its fit where it cannot, and with the reason.
+
+    Raises
+    ------
+    InputError
+        A fit of transmission without any direction of reflection.
+    """
+    fit = subject.fit
+    if fit is None:
+        return subject
+    why = ""
+    if subject.scan.transmitted.any():
+        why = "it holds transmission, and this page shows the reflecting side"
+    else:
+        try:
+            javascript_text(fit.model.formula)
+        except (KeyError, NotImplementedError) as error:
+            why = f"its formula has {error}, for which a browser has no function"
+    if not why:
+        return subject
+    said = f"the fit of {fit.model.name} is not computed here: {why}; there are still pictures of it"
+    return replace(subject, scan=subject.scan.reflection(), fit=None, said=(*subject.said, said))
+
+
 def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
     """Return what a page holds of one subject.
 
@@ -69,8 +94,6 @@ def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
         Bytes of measured values.
     """
     scan, fit = subject.scan, subject.fit
-    if fit is not None and scan.transmitted.any():
-        raise InputError(f"{subject.source or subject.name}: a fit of transmission has no page")
     count = 0 if fit is None else len(fit.model.names)
     thin = thinning(len(scan), len(scan.wavelength), budget, 24 * count + 2 * count * count + 32)
     part = scan.rows(thin.rows).columns(thin.columns)

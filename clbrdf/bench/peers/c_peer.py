@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
 from clbrdf.models import Model
+from clbrdf.models.kernel import kernel_text
 
 COMPILE = ("-O3", "-march=native", "-ffast-math", "-fopenmp", "-fPIC", "-c")
 LINK = ("-shared", "-fopenmp")
@@ -59,7 +60,7 @@ def c_objective(
 
 
 def model_source(model: Model, single: bool) -> str:
-    """Return the C source of a model's objective: its own functions, in plain loops."""
+    """Return the C source of a model's objective: the formula as its page forms it, in plain loops."""
     names = model.feature_names
     table = [f"#define P {len(model.parameters)}"]
     table += [f"#define P_{row.symbol} {j}" for j, row in enumerate(model.parameters)]
@@ -72,7 +73,8 @@ def model_source(model: Model, single: bool) -> str:
         "}",
     ]
     # Only what E needs; derivatives and terms are other functions.
-    functions = model.kernel().split("// What the linear parameters")[0].split("// f, and ∂f")[0]
+    whole = kernel_text(model.formula, model.parameters, model.title, plain=True)
+    functions = whole.split("// What the linear parameters")[0].split("// f, and ∂f")[0]
     head = "#define REAL float\n#define SINGLE\n" if single else "#define REAL double\n"
     text = _packaged("model.c").replace("/* TABLE */", "\n".join(table)).replace("/* MODEL */", functions)
     return head + text

@@ -10,7 +10,7 @@ typedef REAL realv;
 #define inline static inline
 
 #ifdef SINGLE
-#define sqrt sqrtf
+#define sqrt_lanes sqrtf
 #define tan tanf
 #define sin sinf
 #define cos cosf
@@ -19,6 +19,7 @@ typedef REAL realv;
 #define log1p_lanes log1pf
 inline realv erfcx_lanes(realv x) { return expf(x * x) * erfcf(x); }
 #else
+#define sqrt_lanes sqrt
 #define exp_lanes exp
 #define log_lanes log
 #define log1p_lanes log1p
