@@ -116,7 +116,7 @@ def choose(
     own = fixed_of(chosen.model, given)
     final = fit(scan, model=chosen.model, weights=named, fix=own, method=method, seed=seed, device=where)
     report(len(candidates) + 1, len(candidates) + 1)
-    values = final.evaluate()[:, places]
+    values = final.observed()[:, places]
     return Choice(
         ranking=tuple(
             replace(

@@ -71,7 +71,7 @@ def rank_one(work: Work, candidate: Candidate) -> tuple[Ranked, Criteria]:
     scan, g = work.scan, work.weights
     whole = work.fit(candidate, scan, np.arange(len(scan)))
     left = leave_out(scan, g, work.groups, partial(work.fit, candidate))
-    values = whole.evaluate()
+    values = whole.observed()
     residual = np.where(g > 0.0, np.sqrt(g) * (values - scan.brdf), np.nan)
     used = (g > 0.0).sum(axis=0)
     figures = criteria(np.nansum(residual**2, axis=0), used, candidate.free, work.sigma_known)

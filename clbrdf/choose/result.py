@@ -17,6 +17,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import read_only
 from clbrdf.models import get_model
+from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 
@@ -168,10 +169,13 @@ class Choice:
         return self.fit.scan.columns(self.places)
 
     def values(self, model: str) -> Array:
-        """BRDF of a model's fit in the scan's directions at the wavelengths of the ranking, (N, W), 1/sr."""
+        """Return what the detector sees by a model's fit, (N, W) of the scan and the ranking, 1/sr.
+
+        With the nodes that the chosen model needs.
+        """
         row, made = self.of(model), get_model(model, force=True)
         vector = np.stack([row.parameters[name] for name in made.names], axis=-1)
-        out: Array = made.brdf(vector[:, None, :], made.features(self.fit.scan.directions)).T
+        out: Array = ForwardModel.of(made, self.fit.observation).brdf(vector[:, None, :]).T
         return out
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:

@@ -18,6 +18,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
 from clbrdf.fit.spectrum_file import read_spectrum
+from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -43,6 +44,8 @@ def command(
     shared: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
+    through: Path | None = None,
+    point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     monte_carlo: int | None = None,
     gls: Annotated[bool, Parameter(negative="")] = False,
@@ -84,6 +87,11 @@ def command(
     smooth
         tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
         10 nm, for instance 0.01; off by default
+    through
+        instrument file: aperture, beam, footprint, misalignment, bandwidth as in a scene's [effects]; what is
+        fitted is then what the detector sees. By default what the scan says of its own receiver
+    point
+        take every direction as a point, whatever the scan says
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
@@ -109,7 +117,10 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    check_apart([output, json], [scan, *spectra])
+    if point and through is not None:
+        raise InputError("--point and --through say two things of the instrument; give one of them")
+    instrument = [] if through is None else [through]
+    check_apart([output, json], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
@@ -136,6 +147,7 @@ def command(
             },
             shared=name_list(shared),
             smooth=smooth,
+            through=POINT if point else SCAN if through is None else through,
             rtol=rtol,
             monte_carlo=monte_carlo,
             gls=gls,
@@ -154,10 +166,13 @@ def command(
         shared=shared,
         smooth=smooth,
         rtol=rtol,
+        through=None if through is None else through.name,
+        point=point,
         monte_carlo=monte_carlo,
     )
     options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    hashes |= {} if through is None else {"through_sha256": sha256(through)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -18,7 +20,7 @@ from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.gls import generalised
 from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
-from clbrdf.fit.layout import layout_of
+from clbrdf.fit.layout import Layout, layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.montecarlo import check_draws
@@ -26,15 +28,18 @@ from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
 from clbrdf.fit.result import Fit
-from clbrdf.fit.shared import shared_names, solve_shared
+from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.solve import Solution, follow, joined, solve
 from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.objective import weight_matrix
+from clbrdf.objective import unweighted, weight_matrix
+from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -72,6 +77,7 @@ def fit(
     fix: Mapping[str, npt.ArrayLike] | None = None,
     shared: Sequence[str] = (),
     smooth: float | None = None,
+    through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     monte_carlo: int | None = None,
     gls: bool = False,
@@ -112,6 +118,10 @@ def fit(
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    through : str, Path or Instrument
+        What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
+        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
@@ -148,6 +158,7 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        an instrument without geometry, or one whose cones reach below the horizon;
         `monte_carlo` together with `shared` or `smooth`, or out of range; `gls` together with one of the
         three, with other weights than "sigma", or for a scan without both a random and a common part;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
@@ -163,6 +174,7 @@ def fit(
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
     _check_number("rtol", rtol, BEST, 1.0)
+    check_through(through)
     start = time.perf_counter()
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
@@ -193,13 +205,18 @@ def fit(
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         if not scan.mask.all():
-            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+            counts = ", ".join(f"{count} {reason}" for reason, count in unweighted(scan, g).items())
+            raise InputError(
+                f"nothing to fit: no value has a weight ({counts}); give uncertainties above 0, or other"
+                " weights"
+            )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
+    behind = instrument_behind(scan, through, smooth is not None)
     where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
-    def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
+    def problem_of(places: npt.NDArray[np.intp], seen: Layout = layout) -> Problem:
+        return make_problem(scan, g, chosen, limits, where, given, layout=seen, places=places)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
@@ -221,14 +238,30 @@ def fit(
         else:
             jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, tied = joined(parts), None
-    if smooth is not None:
+    solution, tied, slit = joined(parts), None, None
+    if behind is not None:
+
+        def polished(observation: Observation, found: Solution) -> Solution:
+            seen = layout_of(chosen, scan.directions, observation)
+            if in_common:
+                return follow_shared(problem_of(fitted, seen), places, norm, found)
+            return follow(lambda block: problem_of(fitted[block], seen), found)
+
         problem = problem_of(fitted)
+        solution, behind = look_through(
+            *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
+            polished,
+        )
+        layout = layout_of(chosen, scan.directions, behind.observation(scan.directions))
+        slit = behind.slit(scan.wavelength[fitted])
+    seen_problem = partial(problem_of, seen=layout)
+    if smooth is not None:
+        problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
-        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
     usual = None
     if gls:
-        seen, problem = layout.seen.take(np.argsort(layout.order)), problem_of(fitted)
+        seen, problem = layout.seen.take(np.argsort(layout.order)), seen_problem(fitted)
         limit_pair = problem.lower, problem.upper
         solution, usual = generalised(seen, scan.columns(fitted), g[:, fitted], solution, *limit_pair)
     setup = Setup(
@@ -244,11 +277,13 @@ def fit(
         seed=seed,
         gls=gls,
     )
-    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied, usual)
+    estimate, goodness, status = assemble(
+        scan, layout, seen_problem, setup, solution, where, tied, slit, usual
+    )
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
-            problem_of(fitted),
+            seen_problem(fitted),
             scan.columns(fitted),
             g[:, fitted],
             estimate.vector[fitted],
@@ -259,8 +294,8 @@ def fit(
             report,
         ).placed(fitted, len(scan.wavelength))
     if profile:
-        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
-        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
+        sums = summarise_scan(scan, g, layout, seen_problem, fitted, estimate.vector[fitted])
+        estimate = with_intervals(seen_problem(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,
@@ -269,6 +304,7 @@ def fit(
         goodness=goodness,
         search=_search_of(setup, solution, str(where), rungs, len(sample), start),
         status=status,
+        through=behind,
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )

@@ -20,8 +20,10 @@ from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
 from clbrdf.fit.tables import report
+from clbrdf.fit.through import Through
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -53,6 +55,8 @@ class Fit(Record):
         How the parameters were found, and where.
     status : (W,) str
         One of STATUSES.
+    through : Through or None
+        The instrument that the fit looked through; None where directions were taken as points.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
     monte_carlo : MonteCarlo or None
@@ -66,6 +70,7 @@ class Fit(Record):
     goodness: Goodness
     search: Search
     status: npt.NDArray[np.str_]
+    through: Through | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
     monte_carlo: MonteCarlo | None = None
 
@@ -193,12 +198,44 @@ class Fit(Record):
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
-        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.observed(), np.nan)
 
     def evaluate(self, directions: Directions | None = None) -> Array:
-        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
+        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
+
+        The surface's own: `observed` is what compares with measured values.
+        """
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
+        return out
+
+    @cached_property
+    def observation(self) -> Observation:
+        """What the detector sees in the scan's directions."""
+        if self.through is None:
+            return Observation.points(self.scan.directions)
+        return self.through.observation(self.scan.directions)
+
+    def observed(self) -> Array:
+        """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
+        return self.evaluate() if self.through is None else self._seen(self.observation)
+
+    def predict_seen(self, scan: Scan) -> Array:
+        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+
+        Its cones get as many nodes everywhere as they got where this fit needed most.
+        """
+        if self.through is None:
+            return self.evaluate(scan.directions)
+        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+
+    def _seen(self, observation: Observation) -> Array:
+        assert self.through is not None
+        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        fitted = self.setup.fitted
+        slit = self.through.slit(self.wavelength[fitted])
+        if slit is not None:
+            out[:, fitted] = out[:, fitted] @ slit.T
         return out
 
     def report(self, width: int = 100) -> str:

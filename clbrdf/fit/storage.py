@@ -15,13 +15,17 @@ from clbrdf.fit.carried import Part
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
+from clbrdf.fit.through import Through
 from clbrdf.fit.words import remarks_line
+from clbrdf.instrument.place import CONES, LADDER
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
 from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
+from clbrdf.storage.tomlfile import parse_json
 
 if TYPE_CHECKING:
     import h5py
@@ -119,6 +123,8 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    if fit.through is not None:
+        _write_through(fit.through, hdf5.group(group, "through", "NXcollection"))
     parts = hdf5.group(group, "uncertainty", "NXcollection")
     for k, part in enumerate(estimate.parts):
         one = hdf5.group(parts, f"part_{k}", "NXcollection")
@@ -181,9 +187,50 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
+        "through": _through(group["through"], n) if "through" in group else None,
         "provenance": provenance,
         "monte_carlo": _monte_carlo(group, lengths),
     }
+
+
+def _write_through(through: Through, group: h5py.Group) -> None:
+    group["instrument"] = through.instrument.model_dump_json(exclude_none=True)
+    group["source"] = through.source
+    if through.angle is not None:
+        hdf5.field(group, "angle", through.angle, "deg", "full angle of the aperture's cone")
+    levels = hdf5.field(group, "levels", through.levels, "", "rules for nodes of beam and aperture")
+    levels.attrs["names"] = [rule.name for rule in LADDER]
+
+
+THROUGH = (
+    Item("angle", ("N",), units.ANGLE, required=False),
+    Item("levels", ("N", str(len(CONES))), kind="whole"),
+)
+"""Arrays of the instrument that a fit looked through."""
+
+
+def _through(group: h5py.Group, directions: int) -> Through:
+    arrays = read_items(group, THROUGH, {"N": directions})
+    rules = {rule.name: place for place, rule in enumerate(LADDER)}
+    names, levels = text_list_attribute(group["levels"], "names"), arrays["levels"]
+    unknown = [name for name in names if name not in rules]
+    if unknown or levels.min() < 0 or levels.max() >= len(names):
+        said = shortened(repr(unknown[0])) if unknown else f"{levels.min()} to {levels.max()}"
+        raise InputError(
+            f"{clean(group.name)}/levels holds {said}, no rule that is known; fit the scan again"
+        )
+    places = np.array([rules[name] for name in names], dtype=np.uint8)
+    through = Through(
+        instrument=parse_json(
+            hdf5.read_text(group, "instrument"), Instrument, f"{clean(group.name)}/instrument"
+        ),
+        source=hdf5.read_text(group, "source"),
+        angle=arrays.get("angle"),
+        levels=places[levels],
+    )
+    if through.angle is not None and not ((through.angle >= 0.0) & (through.angle < 180.0)).all():
+        raise InputError(f"{clean(group.name)}/angle holds no angles of cones; fit the scan again")
+    return through
 
 
 def _monte_carlo(group: h5py.Group, lengths: Mapping[str, int]) -> MonteCarlo | None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.gls import ASSUMES
-from clbrdf.fit.words import gathered, plain, search_lines
+from clbrdf.fit.words import gathered, plain, search_lines, through_lines
 
 if TYPE_CHECKING:
     from clbrdf.fit.result import Fit
@@ -170,6 +170,7 @@ def summary_rows(fit: Fit) -> list[tuple[str, str]]:
     if setup.gls:
         rows.append(("assumed", ASSUMES))
     rows += zip(("chosen search", "next better"), search_lines(search), strict=False)
+    rows += [("" if k else "through", text) for k, text in enumerate(through_lines(fit))]
     held = fixed_words(fit)
     if held:
         rows.append(("fixed", held))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -22,7 +21,6 @@ from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
 from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
 from clbrdf.storage import hdf5
-from clbrdf.storage.files import split_entry
 
 if TYPE_CHECKING:
     import h5py
@@ -316,7 +314,8 @@ class Scan(Record):
         InputError
             The file exists and `overwrite` is False, or it cannot be written.
         """
-        save_scans(path, {"entry": self}, overwrite)
+        with hdf5.create_file(path, "scan", title_of(self), overwrite, "entry") as file:
+            self.write(file["entry"])
 
     @classmethod
     def open(cls, path: str | Path) -> Scan:
@@ -372,44 +371,6 @@ class Scan(Record):
         return cls(**read_frame(entry))
 
 
-def save_scans(path: str | Path, scans: Mapping[str, Scan], overwrite: bool = False) -> None:
-    """Write scans by name into one NeXus HDF5 file, an NXentry each, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        No scans; a name that HDF5 or the command line cannot take; the file exists and `overwrite` is
-        False, or it cannot be written.
-    """
-    for name in scans:
-        if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", name):
-            raise InputError(f"{name!r} is no name for a scan in a file; take letters, digits and _ . + -")
-    if not scans:
-        raise InputError(f"{path}: no scan to write")
-    first, *others = scans
-    with hdf5.create_file(path, "scan", _title(scans[first]), overwrite, first) as file:
-        scans[first].write(file[first])
-        for name in others:
-            scans[name].write(hdf5.add_entry(file, name, _title(scans[name])))
-
-
-def open_scans(path: str | Path) -> dict[str, Scan]:
-    """Read all scans of a file, by name; of a path like ``file.h5::name`` that one.
-
-    Raises
-    ------
-    InputError
-        As `Scan.open`.
-    """
-    with hdf5.open_file(path) as file:
-        names = hdf5.entry_names(file)
-        if len(names) <= 1 or split_entry(path)[1]:
-            names = []
-    source = split_entry(path)[0]
-    if not names:
-        return {split_entry(path)[1] or "entry": Scan.open(path)}
-    return {name: Scan.open(f"{source}::{name}") for name in names}
-
-
-def _title(scan: Scan) -> str:
+def title_of(scan: Scan) -> str:
+    """Return the title of an entry."""
     return f"BRDF of {scan.sample or 'a sample'}"

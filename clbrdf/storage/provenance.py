@@ -51,6 +51,8 @@ def fit_options(
     shared: Sequence[str],
     smooth: float | None,
     rtol: float | None,
+    through: str | None = None,
+    point: bool = False,
     monte_carlo: int | None = None,
 ) -> dict[str, object]:
     """Return the options of `clbrdf fit` in the order in which a fit file names them."""
@@ -60,6 +62,8 @@ def fit_options(
         "shared": list(shared) or None,
         "smooth": smooth,
         "rtol": rtol,
+        "through": through,
+        "point": "yes" if point else None,
         "monte-carlo": monte_carlo,
     }
 
