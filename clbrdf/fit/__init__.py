@@ -18,6 +18,7 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.gls import generalised
 from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.layout import Layout, layout_of
@@ -80,6 +81,7 @@ def fit(
     through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: bool = False,
     profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
@@ -128,6 +130,9 @@ def fit(
     monte_carlo : int, optional
         Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
         that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    gls : bool
+        Let the correlations of the scan's uncertainty count as weights, too. This takes the model for exact:
+        see `clbrdf.fit.gls` before you ask for it.
     profile : bool
         Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
         hold where parameters are at their limits, too, where standard uncertainties are far too small.
@@ -155,7 +160,8 @@ def fit(
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
         an instrument without geometry, or one whose cones reach below the horizon;
-        `monte_carlo` together with `shared` or `smooth`, or out of range;
+        `monte_carlo` together with `shared` or `smooth`, or out of range; `gls` together with one of the
+        three, with other weights than "sigma", or for a scan without both a random and a common part;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -181,6 +187,12 @@ def fit(
     if monte_carlo is not None and (in_common or smooth is not None):
         raise InputError(
             "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    by_sigma = isinstance(weights, str) and weights == "sigma"
+    if gls and (in_common or smooth is not None or monte_carlo is not None or not by_sigma):
+        raise InputError(
+            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
+            " shared, smooth and monte_carlo"
         )
     if profile and (in_common or smooth is not None or rtol is not None):
         raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
@@ -247,6 +259,11 @@ def fit(
         problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
         solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
+    usual = None
+    if gls:
+        seen, problem = layout.seen.take(np.argsort(layout.order)), seen_problem(fitted)
+        limit_pair = problem.lower, problem.upper
+        solution, usual = generalised(seen, scan.columns(fitted), g[:, fitted], solution, *limit_pair)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -258,8 +275,11 @@ def fit(
         left_out=left_out,
         method=way.name,
         seed=whole,
+        gls=gls,
     )
-    estimate, goodness, status = assemble(scan, layout, seen_problem, setup, solution, where, tied, slit)
+    estimate, goodness, status = assemble(
+        scan, layout, seen_problem, setup, solution, where, tied, slit, usual
+    )
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
