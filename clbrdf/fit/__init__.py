@@ -5,19 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, cast
+from functools import partial
+from operator import index
+from pathlib import Path
+from typing import Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
-from clbrdf.fit.layout import layout_of
+from clbrdf.fit.layout import Layout, layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.montecarlo import check_draws
@@ -25,15 +28,18 @@ from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
 from clbrdf.fit.result import Fit
-from clbrdf.fit.shared import shared_names, solve_shared
+from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.solve import Solution, follow, joined, solve
 from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.objective import weight_matrix
+from clbrdf.objective import unweighted, weight_matrix
+from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -64,13 +70,14 @@ def fit(
     scan: Scan,
     *,
     method: str = "auto",
-    seed: int = 0,
+    seed: SupportsIndex = 0,
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
     fix: Mapping[str, npt.ArrayLike] | None = None,
     shared: Sequence[str] = (),
     smooth: float | None = None,
+    through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     monte_carlo: int | None = None,
     profile: bool = False,
@@ -110,6 +117,10 @@ def fit(
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    through : str, Path or Instrument
+        What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
+        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
@@ -143,6 +154,7 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        an instrument without geometry, or one whose cones reach below the horizon;
         `monte_carlo` together with `shared` or `smooth`, or out of range;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
@@ -151,12 +163,12 @@ def fit(
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
     scan, weights, left_out = _reflection(scan, weights)
-    if not isinstance(seed, int) or not 0 <= seed < 2**64:
-        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    whole = _whole_seed(seed)
     if smooth is not None and scan.bands:
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
     _check_number("rtol", rtol, BEST, 1.0)
+    check_through(through)
     start = time.perf_counter()
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
@@ -181,39 +193,60 @@ def fit(
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         if not scan.mask.all():
-            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+            counts = ", ".join(f"{count} {reason}" for reason, count in unweighted(scan, g).items())
+            raise InputError(
+                f"nothing to fit: no value has a weight ({counts}); give uncertainties above 0, or other"
+                " weights"
+            )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
+    behind = instrument_behind(scan, through, smooth is not None)
     where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
-    def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
+    def problem_of(places: npt.NDArray[np.intp], seen: Layout = layout) -> Problem:
+        return make_problem(scan, g, chosen, limits, where, given, layout=seen, places=places)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
     if rtol is not None:
         sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
         problem = problem_of(sample)
-        rungs = choose_settings(problem, way, seed, rtol)
+        rungs = choose_settings(problem, way, whole, rtol)
         rules = rungs[0].settings
     if in_common:
         places = tuple(chosen.names.index(name) for name in in_common)
         norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
-        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
+        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, whole, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
         if executor is None:
             parts = []
             for k, block in enumerate(blocks):
-                parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+                parts.append(solve(problem_of(block), way, rules, whole, _part_of(report, k, len(blocks))))
         else:
-            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
+            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, whole))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, tied = joined(parts), None
-    if smooth is not None:
+    solution, tied, slit = joined(parts), None, None
+    if behind is not None:
+
+        def polished(observation: Observation, found: Solution) -> Solution:
+            seen = layout_of(chosen, scan.directions, observation)
+            if in_common:
+                return follow_shared(problem_of(fitted, seen), places, norm, found)
+            return follow(lambda block: problem_of(fitted[block], seen), found)
+
         problem = problem_of(fitted)
+        solution, behind = look_through(
+            *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
+            polished,
+        )
+        layout = layout_of(chosen, scan.directions, behind.observation(scan.directions))
+        slit = behind.slit(scan.wavelength[fitted])
+    seen_problem = partial(problem_of, seen=layout)
+    if smooth is not None:
+        problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
-        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -224,25 +257,25 @@ def fit(
         rtol=rtol,
         left_out=left_out,
         method=way.name,
-        seed=seed,
+        seed=whole,
     )
-    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied)
+    estimate, goodness, status = assemble(scan, layout, seen_problem, setup, solution, where, tied, slit)
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
-            problem_of(fitted),
+            seen_problem(fitted),
             scan.columns(fitted),
             g[:, fitted],
             estimate.vector[fitted],
             estimate.sigma[fitted],
             limits,
             monte_carlo,
-            seed,
+            whole,
             report,
         ).placed(fitted, len(scan.wavelength))
     if profile:
-        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
-        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
+        sums = summarise_scan(scan, g, layout, seen_problem, fitted, estimate.vector[fitted])
+        estimate = with_intervals(seen_problem(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,
@@ -251,9 +284,21 @@ def fit(
         goodness=goodness,
         search=_search_of(setup, solution, str(where), rungs, len(sample), start),
         status=status,
+        through=behind,
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
+
+
+def _whole_seed(seed: SupportsIndex) -> int:
+    """Return a seed as an int, also one of NumPy; raise InputError where it is none, or too large."""
+    try:
+        whole = index(seed)
+    except TypeError:
+        whole = -1
+    if not 0 <= whole < 2**64:
+        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    return whole
 
 
 def _search_of(
@@ -323,8 +368,8 @@ def given_parameters(
         told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
         first = missing[0].name
         raise InputError(
-            f"model {model.name} needs {told}; fix each: fix={{{first!r}: ...}}, or --fix {first}=VALUE or"
-            f" {first}=FILE.csv on the command line"
+            f"model {model.name} needs {told}; fix each: "
+            + advice(f"fix={{{first!r}: ...}}", f"--fix {first}=VALUE or --fix {first}=FILE.csv")
         )
     for row in model.parameters:
         if row.given == "wavelength" and row.name not in fix:
