@@ -82,8 +82,9 @@ def deviation_tests(
     out: dict[str, Any] = {name: np.full(wavelengths, np.nan) for name in names}
     out["repeats"] = np.zeros(wavelengths, dtype=np.int64)
     size = max(1, BLOCK_VALUES // max(1, len(scan)))
-    for first in range(0, len(setup.fitted), size):
-        places = setup.fitted[first : first + size]
+    fitted = setup.fitted
+    for first in range(0, len(fitted), size):
+        places = fitted[first : first + size]
         told = _tests(scan, setup, places, free[places], energy[places], values_of(places), lines, copies)
         for name, values in told.items():
             out[name][places] = values
