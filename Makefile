@@ -1,20 +1,46 @@
 # Two commands do everything on a fresh machine with Python 3.11 or newer:
 #   make demo    install into .venv and run the main job end to end
 #   make test    install into .venv, lint, and run the tests
-# and two more for those who want to know:
-#   make bench   tune the kernels for this machine, measure speed and what accuracy costs
-#   make soak    the long checks
+# and more for those who want to know:
+#   make bench         tune the kernels for this machine, measure speed and what accuracy costs
+#   make soak          the long checks
+#   make docs          the documentation, build/site/index.html
+#   make dist          a wheel and an sdist, installed and tried in bare environments
+#   make test-lowest   the tests with the oldest versions of every dependency that pyproject.toml allows
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test bench soak lint tree format kernels scans clean
+.PHONY: demo test test-lowest bench soak docs dist lint tree format kernels scans clean
 .DEFAULT_GOAL := demo
 
 demo: .venv/installed
 	$(BIN)/clbrdf demo -o demo --overwrite
 
-test: lint
+test: lint docs
 	$(BIN)/python -m pytest -n auto -m "not soak"
+
+test-lowest: .venv/installed-dev
+	rm -rf build/lowest
+	$(BIN)/uv venv --quiet --python $(BIN)/python build/lowest
+	$(BIN)/uv pip install --quiet --python build/lowest/bin/python --resolution lowest-direct --editable '.[test]'
+	build/lowest/bin/python -m pytest -n auto -m "not soak"
+
+docs: .venv/installed-dev
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/site
+
+# Whoever installs has neither the tree nor what the developers have: each file goes into an environment of its own,
+# and the tests run from the unpacked sdist.
+dist: .venv/installed-dev
+	rm -rf build/dist
+	$(BIN)/python -m build --outdir build/dist . >build/dist.log 2>&1 || { tail -20 build/dist.log; exit 1; }
+	mkdir build/dist/source && tar -xzf build/dist/*.tar.gz --strip-components=1 -C build/dist/source
+	for file in build/dist/*.whl build/dist/*.tar.gz; do \
+	    rm -rf build/dist/env && $(BIN)/python -m venv build/dist/env && \
+	    build/dist/env/bin/python -m pip install --quiet "$$file" && \
+	    build/dist/env/bin/clbrdf demo -o build/dist/demo --overwrite || exit; \
+	done
+	build/dist/env/bin/python -m pip install --quiet "$$(ls build/dist/*.whl)[test]"
+	cd build/dist/source && rm -rf clbrdf && ../env/bin/python -m pytest -n auto -q -m "not soak" tests/cli tests/fit tests/scene tests/models
 
 bench: .venv/installed-bench
 	$(BIN)/clbrdf devices --tune
@@ -32,7 +58,7 @@ lint: .venv/installed-dev tree
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	cd build/tree && PYTHONPATH=. ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache --no-logo
-	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p clbrdf
+	cd build/tree && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy -p clbrdf
 
 format: .venv/installed-dev
 	$(BIN)/ruff check --fix .
@@ -78,4 +104,5 @@ build/oracles/installed: pyproject.toml | .venv/installed-dev
 tree:
 	rm -rf build/tree && mkdir -p build/tree/clbrdf
 	ln -s "$(CURDIR)"/clbrdf/* build/tree/clbrdf/
+	ln -s "$(CURDIR)"/clbrdf_start.py build/tree/
 	for folder in kernels scans viz; do ln -s "$(CURDIR)/$$folder" build/tree/clbrdf/$$folder; done

@@ -12,6 +12,7 @@ from clbrdf.fit import Fit, fit
 from clbrdf.geometry import Directions
 from clbrdf.opencl.cheapest import choose_precision
 from clbrdf.scan import Scan
+from clbrdf.version import __version__
 
 __all__ = [
     "Choice",
@@ -21,10 +22,9 @@ __all__ = [
     "Fit",
     "InputError",
     "Scan",
+    "__version__",
     "choose",
     "choose_precision",
     "evaluate",
     "fit",
 ]
-
-__version__ = "0.1.0"

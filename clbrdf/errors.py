@@ -4,9 +4,24 @@ Each message is one line that names the file or argument, the place in it, and t
 line prints it without a traceback and exits with status 2.
 """
 
+LONGEST = 900
+"""Characters of a message; what a file quotes of itself may be of any length."""
+
+
+def shortened(text: str, most: int = 60) -> str:
+    """Return a text of at most `most` characters: what is longer loses its middle."""
+    if len(text) <= most:
+        return text
+    tail = (most - 1) // 2
+    return f"{text[: most - 1 - tail]}…{text[-tail:] if tail else ''}"
+
 
 class ClbrdfError(Exception):
     """Anything the user can mend; the base of all errors raised on purpose."""
+
+    def __str__(self) -> str:
+        """Return the message, which begins with the place and ends with the mend."""
+        return shortened(super().__str__(), LONGEST)
 
 
 class InputError(ClbrdfError, ValueError):

@@ -16,6 +16,36 @@ from clbrdf.storage.tomlfile import Settings
 MOST_POINTS = 1_000_000
 
 
+def spaced(start: float, stop: float, step: float) -> list[float]:
+    """Return start, start + step, … up to and with `stop`.
+
+    Raises
+    ------
+    ValueError
+        A number that is not finite, a step that does not lead from start to stop, or too many values.
+    """
+    try:
+        ends = float(start), float(stop), float(step)
+        steps = (ends[1] - ends[0]) / ends[2]
+    except (OverflowError, ZeroDivisionError):
+        steps = np.nan
+    if not (np.isfinite(steps) and np.isfinite(ends).all() and steps >= 0.0):
+        said = f"a range from {_plain(start)} to {_plain(stop)} in steps of {_plain(step)} has no end"
+        raise ValueError(f"{said}; start, stop and step are finite, and step leads from start to stop")
+    if steps >= MOST_POINTS:
+        raise ValueError(f"{steps:.6g} values; at most {MOST_POINTS}")
+    count = int(np.floor(steps * (1.0 + 1e-12) + 1e-9)) + 1
+    return [ends[0] + k * ends[2] for k in range(count)]
+
+
+def _plain(value: float) -> str:
+    """Return a number in short, also an integer that no float holds."""
+    try:
+        return f"{value:g}"
+    except OverflowError:
+        return f"a number of {len(str(abs(value)))} digits"
+
+
 def _series(value: Any) -> Any:
     """Read a number, a list of numbers, or {start, stop, step} with both ends included."""
     if isinstance(value, Mapping):
@@ -24,12 +54,7 @@ def _series(value: Any) -> Any:
         start, stop, step = (value[key] for key in ("start", "stop", "step"))
         if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in (start, stop, step)):
             raise ValueError("start, stop and step are numbers")
-        if step == 0 or (stop - start) / step < 0:
-            raise ValueError(f"no step of {step:g} leads from {start:g} to {stop:g}")
-        count = int(np.floor((stop - start) / step * (1.0 + 1e-12) + 1e-9)) + 1
-        if count > MOST_POINTS:
-            raise ValueError(f"{count} values; at most {MOST_POINTS}")
-        return [start + k * step for k in range(count)]
+        return spaced(start, stop, step)
     return [value] if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 

@@ -12,6 +12,12 @@ Array = npt.NDArray[np.float64]
 
 WEIGHTS = ("none", "relative", "sigma")
 
+BLOCK_VALUES = 1 << 20
+"""Values that are worked on at once."""
+
+CACHED = 1 << 15
+"""Values that stay in the cache of a core, with what is formed of them."""
+
 
 def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     """Weights g of every value, (N, W), 0 where the scan is masked.
@@ -20,7 +26,8 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     ----------
     scan : Scan
     weights : "none", "relative", "sigma" or (N,) array
-        1 (as in the paper); 1/f² (values at or below zero get 0); 1/σ² of the scan's uncertainties (values
+        1 (as in the paper); 1/f² (values at or below zero get 0); 1/σ² of the random part of the scan's
+        uncertainties, since what several values have in common says nothing of how they fit together (values
         without one get 0); or one weight a direction, g1(θi) g2(θr) in (13), finite and not negative.
 
     Raises
@@ -35,14 +42,20 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
             out[usable] = 1.0
         elif weights == "relative":
             usable &= scan.brdf > 0.0
-            out[usable] = scan.brdf[usable] ** -2.0
+            _inverse_squares(scan.brdf, usable, out)
         elif weights == "sigma":
             if scan.sigma is None:
                 raise InputError(
                     "weights 'sigma' need the scan's uncertainties, and it has none; use 'relative'"
                 )
-            usable &= scan.sigma > 0.0
-            out[usable] = scan.sigma[usable] ** -2.0
+            random = scan.random_sigma
+            if random is None:
+                raise InputError(
+                    "weights 'sigma' need uncertainties that differ from direction to direction, and all of"
+                    " the scan's are common to several; use 'relative'"
+                )
+            usable &= random > 0.0
+            _inverse_squares(random, usable, out)
         else:
             raise InputError(f"no weights are called {weights!r}; there are {', '.join(WEIGHTS)}")
         return out
@@ -56,53 +69,106 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     return np.where(usable, per_direction[:, None], 0.0)
 
 
+def _inverse_squares(values: Array, where: npt.NDArray[np.bool_], out: Array) -> None:
+    """Write 1 / values² into out where asked."""
+    for part in _parts(out):
+        with np.errstate(
+            over="ignore", divide="ignore", invalid="ignore"
+        ):  # of values that are not asked for
+            squares = values[part] ** -2.0
+        np.copyto(out[part], squares, where=where[part])
+
+
 def residual_scale(scan: Scan, weights: Array) -> Array:
     """Scale s = √(g / Σ g f²), (N, W): with it E is the plain sum of (s (f_model − f))², 0 where masked.
 
     0 for a wavelength whose values are all 0, too: E has no meaning there.
-    Formed from weights relative to the largest at each wavelength, so that neither the units of f nor
-    those of g can overflow.
     """
-    measured = np.where(weights > 0.0, scan.brdf, 0.0)
-    largest_g = weights.max(axis=0)
-    largest_f = np.abs(measured).max(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        g = weights / largest_g
-        norm = np.sqrt((g * (measured / largest_f) ** 2).sum(axis=0)) * largest_f
-        scale = np.sqrt(g) / norm
-    return np.where((weights > 0.0) & (largest_f > 0.0), scale, 0.0)
+    measured, scale = np.ascontiguousarray(scan.brdf.T).copy(), np.array(weights.T, order="C")
+    scale_residuals(measured, scale)
+    return scale.T
+
+
+def scale_residuals(measured: Array, weights: Array) -> None:
+    """Turn measured f (W, N) into s f and weights g into s = √(g / Σ g f²), in place; 0 where masked.
+
+    Formed from weights relative to the largest at each wavelength, so that neither the units of f nor
+    those of g can overflow; wavelength by wavelength, whatever the others are.
+    """
+    w, n = measured.shape
+    rows, parts = max(1, CACHED // n), [slice(k, k + CACHED) for k in range(0, n, CACHED)]
+    for first in range(0, w, rows):
+        f, g = measured[first : first + rows], weights[first : first + rows]
+        largest_f, largest_g, total = np.zeros((3, len(f), 1))
+        for part in parts:
+            f[:, part][~(g[:, part] > 0.0)] = 0.0
+            np.maximum(largest_f, np.abs(f[:, part]).max(axis=1, keepdims=True), out=largest_f)
+            np.maximum(largest_g, g[:, part].max(axis=1, keepdims=True), out=largest_g)
+        empty = (largest_f[:, 0] == 0.0) | (largest_g[:, 0] == 0.0)
+        largest_f[empty] = largest_g[empty] = 1.0
+        for part in parts:
+            unit = f[:, part] / largest_f
+            g[:, part] /= largest_g
+            total += (g[:, part] * unit * unit).sum(axis=1, keepdims=True)
+        norm = np.sqrt(total) * largest_f
+        norm[empty] = np.inf
+        for part in parts:
+            np.sqrt(g[:, part], out=g[:, part])
+            g[:, part] /= norm
+            f[:, part] *= g[:, part]
 
 
 def objective(model_values: Array, scan: Scan, weights: Array) -> Array:
     """E of (13), (W,): Σ g (f_model − f)² / Σ g f²; NaN where no value is usable."""
-    scale = residual_scale(scan, weights)
-    residual = np.where(scale > 0.0, scale * (model_values - scan.brdf), 0.0)
-    total: Array = (residual**2).sum(axis=0)
-    return np.where((scale > 0.0).any(axis=0), total, np.nan)
+    total = np.full(len(scan.wavelength), np.nan)
+    size = max(1, BLOCK_VALUES // len(scan))
+    for first in range(0, len(total), size):
+        part = slice(first, first + size)
+        target, scale = np.array(scan.brdf[:, part].T, order="C"), np.array(weights[:, part].T, order="C")
+        scale_residuals(target, scale)
+        used = scale > 0.0
+        residual = np.where(used, scale * model_values[:, part].T - target, 0.0)
+        total[part] = np.where(used.any(axis=1), (residual**2).sum(axis=1), np.nan)
+    return total
 
 
-def relative_rms(model_values: Array, scan: Scan, rows: npt.NDArray[np.bool_] | slice = slice(None)) -> Array:
-    """σ_r of (14), (W,): √(mean of ((f_model − f) / f)²) over some rows; NaN where nothing is left.
+def relative_rms(model_values: Array, scan: Scan) -> Array:
+    """σ_r of (14), (W,): √(mean of ((f_model − f) / f)²); NaN where nothing is left.
 
     Masked values are left out, and those at or below zero, for which a relative deviation has no meaning.
     """
-    measured = scan.brdf[rows]
-    usable = ~scan.mask[rows] & (measured > 0.0)
-    zero = np.zeros_like(measured)
-    ratio = np.divide(model_values[rows] - measured, measured, out=zero, where=usable)
+    total, count = np.zeros((2, len(scan.wavelength)))
+    for part in _parts(scan.brdf):
+        ratio, usable = _deviations(model_values, scan, part)
+        total += (ratio**2).sum(axis=0)
+        count += usable.sum(axis=0)
     with np.errstate(invalid="ignore"):
-        rms: Array = np.sqrt((ratio**2).sum(axis=0) / usable.sum(axis=0))
-    return rms
+        return np.asarray(np.sqrt(total / count))
 
 
 def relative_rms_by_incident_angle(model_values: Array, scan: Scan) -> Array:
     """σ_r of (14) for each of `scan.incident_angles` alone, (I, W), as in the paper's Table 2."""
     angles, group = np.unique(scan.theta_i, return_inverse=True)
-    measured = scan.brdf
-    usable = ~scan.mask & (measured > 0.0)
-    ratio = np.divide(model_values - measured, measured, out=np.zeros_like(measured), where=usable)
-    total, count = np.zeros((2, len(angles), measured.shape[1]))
-    np.add.at(total, group, ratio**2)
-    np.add.at(count, group, usable)
+    total, count = np.zeros((2, len(angles), len(scan.wavelength)))
+    for part in _parts(scan.brdf):
+        ratio, usable = _deviations(model_values, scan, part)
+        np.add.at(total, group[part], ratio**2)
+        np.add.at(count, group[part], usable)
     with np.errstate(invalid="ignore"):
         return np.asarray(np.sqrt(total / count))
+
+
+def _parts(values: Array) -> list[slice]:
+    """Parts of the rows of (N, W) whose values stay few."""
+    n, w = values.shape
+    size = max(1, BLOCK_VALUES // w)
+    return [slice(first, first + size) for first in range(0, n, size)]
+
+
+def _deviations(model_values: Array, scan: Scan, part: slice) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Relative deviations in some directions, 0 where they have no meaning, and where they have one."""
+    assert scan.flags is not None
+    measured = scan.brdf[part]
+    usable = (scan.flags[part] == 0) & (measured > 0.0)
+    zero = np.zeros_like(measured)
+    return np.divide(model_values[part] - measured, measured, out=zero, where=usable), usable

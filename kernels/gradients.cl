@@ -7,11 +7,11 @@
 //
 // Work item g: lanes are WIDTH points. Tangents are summed within an incident direction, and spread over the
 // parameters once for each.
-kernel void gradients(global const real *restrict rows, global const uint *restrict starts,
-                      const uint incident_groups, global const real *restrict target,
-                      global const real *restrict scale, global const real *restrict coordinates,
-                      global real *restrict out) {
+kernel void gradients(OBSERVATION, global const uint *restrict starts, const uint incident_groups,
+                      global const real *restrict target, global const real *restrict scale,
+                      global const real *restrict coordinates, global real *restrict out) {
     const size_t g = get_global_id(0);
+    const observation seen = OBSERVED;
     realv p[P], sums[P];
     for (int j = 0; j < P; ++j) {
         p[j] = value_of(j, LOAD(g * P + j, coordinates));
@@ -20,19 +20,19 @@ kernel void gradients(global const real *restrict rows, global const uint *restr
     model_state m = model_prepare(p);
     realv E = (realv)0.0;
     for (uint i = 0; i < incident_groups; ++i) {
-        model_incident(&m, geometry_of(rows, starts[i]));
-        realv with_residual[TANGENTS];
-        for (int k = 0; k < TANGENTS; ++k) with_residual[k] = (realv)0.0;
+        seen_incident(&m, &seen, starts[i]);
+        realv with_residual[SEEN_TANGENTS];
+        for (int k = 0; k < SEEN_TANGENTS; ++k) with_residual[k] = (realv)0.0;
         for (uint n = starts[i]; n < starts[i + 1]; ++n) {
             const realv s = (realv)scale[n];
-            realv tangent[TANGENTS];
-            const realv r = s * model_tangents(&m, geometry_of(rows, n), tangent) - (realv)target[n];
+            realv tangent[SEEN_TANGENTS];
+            const realv r = s * seen_tangents(&m, &seen, n, tangent) - (realv)target[n];
             E += r * r;
-            for (int k = 0; k < TANGENTS; ++k) with_residual[k] += r * s * tangent[k];
+            for (int k = 0; k < SEEN_TANGENTS; ++k) with_residual[k] += r * s * tangent[k];
         }
         realv factor[P];
-        model_factors(&m, factor);
-        for (int j = 0; j < P; ++j) sums[j] += factor[j] * with_residual[tangent_of[j]];
+        seen_factors(&m, factor);
+        for (int j = 0; j < P; ++j) sums[j] += factor[j] * with_residual[seen_tangent(j)];
     }
     STORE(E, g * (P + 1), out);
     for (int j = 0; j < P; ++j)

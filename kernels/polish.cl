@@ -1,6 +1,8 @@
-// Bounded Levenberg-Marquardt with analytic derivatives, one start a lane, to a stationary point of (13).
+// Bounded Levenberg-Marquardt with analytic derivatives, one start a lane, to a stationary point of (13). Lanes are
+// starts of one wavelength, which share its data, or wavelengths with one start each.
 //
-// Each iteration makes one pass over the directions and forms E = rᵀr, h = Jᵀr and H = JᵀJ of the trial.
+// Each iteration makes one pass over the directions, seen as lib/seen_*.cl say, and forms E = rᵀr, h = Jᵀr and
+// H = JᵀJ of the trial.
 // Coordinates at a limit whose gradient points outwards are held there. The system is scaled to a unit
 // diagonal and damped, (H + μI) δ = −h; the trial is cut to the limits and taken where E falls. A lane is
 // done when the step would lower E by less than `tolerance` relative, or no damping lowers it any more.
@@ -28,15 +30,20 @@
 #define MOST_DAMPING 1e7f
 #endif
 
+#define DATUM(i, p) ((realv)((p)[i]))  //@starts
+#define TOGETHER 1                     //@starts
+#define DATUM(i, p) LOAD((i), (p))     //@wavelengths
+#define TOGETHER WIDTH                 //@wavelengths
+
 #define PACKED(i, j) ((i) * ((i) + 1) / 2 + (j))
 #define PAIRS (FREE * (FREE + 1) / 2)
 
-#define PRODUCTS (TANGENTS * (TANGENTS + 1) / 2)
+#define PRODUCTS (SEEN_TANGENTS * (SEEN_TANGENTS + 1) / 2)
 
 // E at q, h and H over the free coordinates. Within one incident direction the derivatives are multiples of a few
 // tangents: products of those are summed, and spread over the parameters once a group.
-inline realv normal_equations(const realv *q, global const real *restrict rows,
-                              global const uint *restrict starts, const uint groups,
+inline realv normal_equations(const realv *q, const observation *seen, global const uint *restrict starts,
+                              const uint groups,
                               global const real *restrict target, global const real *restrict scale,
                               realv *h, realv *H) {
     realv p[P];
@@ -46,29 +53,29 @@ inline realv normal_equations(const realv *q, global const real *restrict rows,
     model_state m = model_prepare(p);
     realv E = (realv)0.0;
     for (uint g = 0; g < groups; ++g) {
-        model_incident(&m, geometry_of(rows, starts[g]));
-        realv product[PRODUCTS], with_residual[TANGENTS];
+        seen_incident(&m, seen, starts[g]);
+        realv product[PRODUCTS], with_residual[SEEN_TANGENTS];
         for (int k = 0; k < PRODUCTS; ++k) product[k] = (realv)0.0;
-        for (int k = 0; k < TANGENTS; ++k) with_residual[k] = (realv)0.0;
+        for (int k = 0; k < SEEN_TANGENTS; ++k) with_residual[k] = (realv)0.0;
         for (uint n = starts[g]; n < starts[g + 1]; ++n) {
-            const realv s = (realv)scale[n];
-            realv tangent[TANGENTS];
-            const realv residual = s * model_tangents(&m, geometry_of(rows, n), tangent) - (realv)target[n];
+            const realv s = DATUM(n, scale);
+            realv tangent[SEEN_TANGENTS];
+            const realv residual = s * seen_tangents(&m, seen, n, tangent) - DATUM(n, target);
             E += residual * residual;
-            for (int i = 0; i < TANGENTS; ++i) {
+            for (int i = 0; i < SEEN_TANGENTS; ++i) {
                 tangent[i] *= s;
                 with_residual[i] += tangent[i] * residual;
                 for (int j = 0; j <= i; ++j) product[PACKED(i, j)] += tangent[i] * tangent[j];
             }
         }
         realv factor[P];
-        model_factors(&m, factor);
+        seen_factors(&m, factor);
         for (int i = 0; i < FREE; ++i) {
-            const int s = tangent_of[free_place[i]];
+            const int s = seen_tangent(free_place[i]);
             factor[free_place[i]] *= slope_of(free_place[i], p[free_place[i]]);
             h[i] += factor[free_place[i]] * with_residual[s];
             for (int j = 0; j <= i; ++j) {
-                const int t = tangent_of[free_place[j]];
+                const int t = seen_tangent(free_place[j]);
                 H[PACKED(i, j)] +=
                     factor[free_place[i]] * factor[free_place[j]] * product[s > t ? PACKED(s, t) : PACKED(t, s)];
             }
@@ -107,32 +114,32 @@ inline realv damped_step(const realv *h, const realv *H, const realv *free, real
     return predicted;
 }
 
-kernel void polish(global const real *restrict rows, global const uint *restrict starts,
-                   const uint incident_groups, const uint n_directions,
+kernel void polish(OBSERVATION, global const uint *restrict starts, const uint incident_groups,
+                   const uint n_directions,
                    global const real *restrict target_all, global const real *restrict scale_all,
                    global const real *restrict lower_all, global const real *restrict upper_all,
-                   const uint most_iterations, const real tolerance,
+                   const uint most_iterations, const real tolerance, const real damping,
                    global real *restrict q_all, global real *restrict objective_all,
                    global real *restrict iterations_all, global real *restrict done_all) {
     const size_t g = get_global_id(0), groups = get_global_size(0), w = get_global_id(1);
     const size_t place = w * groups + g;
-    global const real *target = target_all + w * n_directions;
-    global const real *scale = scale_all + w * n_directions;
-    global const real *lower = lower_all + w * P, *upper = upper_all + w * P;
-
+    global const real *target = target_all + w * n_directions * TOGETHER;
+    global const real *scale = scale_all + w * n_directions * TOGETHER;
+    global const real *lower = lower_all + w * P * TOGETHER, *upper = upper_all + w * P * TOGETHER;
+    const observation seen = OBSERVED;
     realv done = LOAD(place, done_all);
     if (!ANY(done == (realv)0.0)) return;
     realv q[P], h[FREE], H[PAIRS];
-    for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), (realv)lower[j], (realv)upper[j]);
-    realv E = normal_equations(q, rows, starts, incident_groups, target, scale, h, H);
-    realv mu = (realv)1e-3, growth = (realv)2.0, iterations = (realv)1.0 - done;
+    for (int j = 0; j < P; ++j) q[j] = clamp(LOAD(place * P + j, q_all), DATUM(j, lower), DATUM(j, upper));
+    realv E = normal_equations(q, &seen, starts, incident_groups, target, scale, h, H);
+    realv mu = (realv)damping, growth = (realv)2.0, iterations = (realv)1.0 - done;
 
     for (uint iteration = 1; iteration < most_iterations; ++iteration) {
         realv free[FREE], delta[FREE], trial[P], trial_h[FREE], trial_H[PAIRS];
         for (int i = 0; i < FREE; ++i) {
             const int j = free_place[i];
-            const integerv held = ((q[j] <= (realv)lower[j]) & (h[i] > (realv)0.0)) |
-                                  ((q[j] >= (realv)upper[j]) & (h[i] < (realv)0.0));
+            const integerv held = ((q[j] <= DATUM(j, lower)) & (h[i] > (realv)0.0)) |
+                                  ((q[j] >= DATUM(j, upper)) & (h[i] < (realv)0.0));
             free[i] = held ? (realv)0.0 : (realv)1.0;
         }
         const realv predicted = damped_step(h, H, free, mu, delta);
@@ -140,10 +147,10 @@ kernel void polish(global const real *restrict rows, global const uint *restrict
         for (int i = 0; i < FREE; ++i) {
             const int j = free_place[i];
             // A coordinate without effect asks for endless steps: a quarter of its range is enough.
-            const realv longest = (realv)(0.25 * (upper[j] - lower[j]));
-            trial[j] = clamp(q[j] + clamp(delta[i], -longest, longest), (realv)lower[j], (realv)upper[j]);
+            const realv longest = (realv)0.25 * (DATUM(j, upper) - DATUM(j, lower));
+            trial[j] = clamp(q[j] + clamp(delta[i], -longest, longest), DATUM(j, lower), DATUM(j, upper));
         }
-        const realv trial_E = normal_equations(trial, rows, starts, incident_groups, target, scale, trial_h, trial_H);
+        const realv trial_E = normal_equations(trial, &seen, starts, incident_groups, target, scale, trial_h, trial_H);
         iterations += (realv)1.0 - done;
 
         const integerv open = done == (realv)0.0;

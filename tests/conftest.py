@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,39 @@ settings.load_profile("clbrdf")
 
 # No answer of tuning that a user keeps may change what is tested.
 os.environ["CLBRDF_CACHE_DIR"] = tempfile.mkdtemp(prefix="clbrdf-tests-")
+
+NEEDS = {"browser": "in a browser", "screen": "with a mouse in a window"}
+"""Fixtures that need a program which not every machine has, and what tests with them are called."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Note what a test needs, so that its report tells."""
+    for item in items:
+        for name in NEEDS:
+            if name in getattr(item, "fixturenames", ()):
+                item.user_properties.append(("needs", name))
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Iterator[None]:
+    """Say at the very end how many tests of a kind ran, and how many were skipped and why."""
+    yield
+    for name, words in NEEDS.items():
+        reports = {
+            kind: [r for r in terminalreporter.stats.get(kind, []) if ("needs", name) in r.user_properties]
+            for kind in ("passed", "failed", "error", "skipped")
+        }
+        skipped = len(reports.pop("skipped"))
+        ran = sum(map(len, reports.values()))
+        if skipped + ran:
+            reasons = [
+                r.longrepr[2].removeprefix("Skipped: ")
+                for r in terminalreporter.stats.get("skipped", [])
+                if ("needs", name) in r.user_properties and isinstance(r.longrepr, tuple)
+            ]
+            why = f": {'; '.join(dict.fromkeys(reasons))}" if reasons else ""
+            terminalreporter.write_line(f"tests {words}: {ran} ran, {skipped} skipped{why}")
+
 
 COATINGS = Path(__file__).resolve().parents[2] / "shared" / "data" / "black_coatings"
 

@@ -10,6 +10,7 @@ import clbrdf
 from clbrdf import InputError
 from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.models import get_model
+from clbrdf.observation import ForwardModel
 from clbrdf.opencl.precision import PRECISIONS, get_precision
 from tests.models.test_wang2013 import domain_points, pairwise
 from tests.reference import exact
@@ -105,6 +106,7 @@ def test_sums_over_ten_million_points(device):
     problem = Problem(
         model,
         features,
+        ForwardModel(model, features),
         np.array([0, n], np.uint32),
         scale * measured,
         scale,
@@ -114,6 +116,7 @@ def test_sums_over_ten_million_points(device):
         np.zeros(n),
         np.zeros(1, np.uint32),
         device,
+        np.arange(n),
     )
     end = polish(problem, diffuse[None, None, :])
     # The limits leave kd a relative play of 1e-9; the sum itself adds N ulp at most, 1e-9 relative.

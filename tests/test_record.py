@@ -258,7 +258,7 @@ class TestDamagedFile:
                 {"shape": (10**12,), "dtype": "f8", "chunks": (100,)},
                 "claims 8000000000000 b",
             ),
-            ("data/theta_i", {"data": ["a"] * 4}, "holds object, no numbers"),
+            ("data/theta_i", {"data": ["a"] * 4}, "holds object, and numbers are needed"),
             ("data/theta_i", {"data": 3.0}, "has 0 dimensions and needs 1"),
             ("data/flags", {"data": np.ones((4, 2))}, "holds float64"),
             (

@@ -9,14 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.viz.layout import Layout
 from clbrdf.viz.lettering import screen_text
-from clbrdf.viz.radius import plain, steps_125
+from clbrdf.viz.radius import fine_steps, plain
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table, rgb
 
 Colours = npt.NDArray[np.uint8]
 
-LEFT, RIGHT, BOTTOM, TOP = 0.888, 0.906, 0.30, 0.78
-"""Place of the bar in the window, normalised."""
+BAR_LETTERS = 1.3
+"""Width of the bar, in letters."""
+LONGEST, OVERHANG = 0.56, 0.06
+"""Of the bar: its largest height, and its distance from the lower end of the panels, normalised."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +53,14 @@ class ValuePaint:
         decades = np.arange(np.ceil(np.log10(self.low)), np.floor(np.log10(self.high)) + 1.0)
         values = [10.0**k for k in decades]
         if len(values) < 3:
-            values = steps_125(self.low, self.high)
+            values = fine_steps(self.low, self.high)
         return [(float(self.position(v)), plain(float(f"{v:.3g}"))) for v in values]
 
 
 def value_paint(low: float, high: float, signed: bool) -> ValuePaint:
     """Paint for values from `low` to `high`, 1/sr; a span of at least a factor of two."""
     top = high if high > 0.0 else 1.0
-    return ValuePaint(min(max(low, 1e-6 * top), 0.5 * top), top, signed)
+    return ValuePaint(min(low if low > 0.0 else 1e-3 * top, 0.5 * top), top, signed)
 
 
 class Key:
@@ -66,19 +69,24 @@ class Key:
     Parameters
     ----------
     renderer : vtkRenderer
-    size : int
-        Height of letters, pixels.
+    layout : Layout
     """
 
-    def __init__(self, renderer: Any, size: int) -> None:
-        self.renderer, self.size = renderer, size
+    def __init__(self, renderer: Any, layout: Layout) -> None:
+        self.renderer, self.layout = renderer, layout
         self._shown: list[Any] = []
+        self.texts: list[Any] = []
         self._state: object = None
+
+    def arrange(self, layout: Layout) -> None:
+        """Stand where a layout has it; what is shown is to be shown anew."""
+        if layout != self.layout:
+            self.layout, self._state = layout, None
 
     def _clear(self) -> None:
         for actor in self._shown:
             self.renderer.RemoveViewProp(actor)
-        self._shown = []
+        self._shown, self.texts = [], []
 
     def show_bar(self, paint: ValuePaint, title: str) -> None:
         """Show the bar of a paint."""
@@ -86,13 +94,22 @@ class Key:
             return
         self._state = (paint, title)
         self._clear()
+        layout = self.layout
+        letter = layout.letter / layout.size[1]
+        left = layout.key_left
+        right = left + BAR_LETTERS * layout.letter / layout.size[0]
+        head = layout.area[3]
+        top = head - (1.7 + 1.2 * title.count("\n")) * letter - 0.5 * letter
+        bottom = max(layout.area[1] + OVERHANG, top - LONGEST)
         table = colour_table(DIFFERENCE_MAP if paint.signed else VALUE_MAP)
-        heights = np.linspace(BOTTOM, TOP, len(table) + 1)
-        self._shown.append(self._quads(LEFT, RIGHT, heights, table))
-        self._text(title, (0.992, TOP + 0.08), "right")
-        for place, label in paint.ticks():
-            at = BOTTOM + place * (TOP - BOTTOM)
-            self._text(f"– {label}", (RIGHT + 0.001, at + 0.6 * self.size / self._height), "left")
+        self._shown.append(self._quads(left, right, np.linspace(bottom, top, len(table) + 1), table))
+        self._text(title, (0.992, head), "right")
+        free = top + letter
+        for place, label in sorted(paint.ticks(), reverse=True):
+            at = bottom + place * (top - bottom)
+            if free - at >= 1.2 * letter:  # labels that would touch are left out
+                self._text(f"– {label}", (right + 0.001, at + 0.6 * letter), "left")
+                free = at
 
     def show_names(self, names: Sequence[tuple[str, str]], title: str = "", top: float = 0.985) -> None:
         """Show a list of (name, colour "#rrggbb") from a height in the window, normalised, downwards."""
@@ -100,7 +117,7 @@ class Key:
             return
         self._state = (tuple(names), title, top)
         self._clear()
-        line = 1.7 * self.size / self._height
+        line = 1.7 * self.layout.letter / self.layout.size[1]
         if title:
             self._text(title, (0.985, top), "right")
             top -= line * (1 + title.count("\n"))
@@ -111,12 +128,9 @@ class Key:
             self._shown.append(self._quads(0.962, 0.985, edges, paint))
             self._text(name, (0.955, upper), "right")
 
-    @property
-    def _height(self) -> float:
-        return float(self.renderer.GetRenderWindow().GetSize()[1])
-
     def _text(self, text: str, place: tuple[float, float], anchor: str = "centre") -> None:
-        self._shown.append(screen_text(self.renderer, text, place, self.size, anchor))
+        self._shown.append(screen_text(self.renderer, text, place, self.layout.letter, anchor))
+        self.texts.append(self._shown[-1])
 
     def _quads(self, left: float, right: float, heights: npt.NDArray[np.float64], colours: Colours) -> Any:
         import pyvista as pv

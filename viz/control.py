@@ -1,4 +1,4 @@
-"""What can be done to a scene, told apart from who does it: a window, a browser or a test."""
+"""What can be done to a picture, told apart from who does it: a window, a browser or a test."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from clbrdf.viz.directions import angles_of
 from clbrdf.viz.lobes import FittedLobe, MeasuredLobe
 from clbrdf.viz.marks import Marks
 from clbrdf.viz.panel import Panel
+from clbrdf.viz.picture import Picture
 from clbrdf.viz.radius import RADIUS_MODES
-from clbrdf.viz.scene import Scene
 from clbrdf.viz.style import COLOUR_MODES
-from clbrdf.viz.subject import Subject
 
 SNAP = 0.75
 """Degrees within which the incident angle jumps to one that was measured."""
@@ -25,107 +24,116 @@ REACH = 12.0
 
 
 class Control:
-    """Sliders, keys and clicks of a scene.
+    """Sliders, keys and clicks of a picture.
 
     Parameters
     ----------
-    scene : Scene
+    picture : Picture
     cut : Cut, optional
-        Kept in step with the scene.
+        Kept in step with the picture.
     redraw : callable, optional
         Called after every change.
     """
 
     def __init__(
-        self, scene: Scene, cut: Cut | None = None, redraw: Callable[[], None] | None = None
+        self, picture: Picture, cut: Cut | None = None, redraw: Callable[[], None] | None = None
     ) -> None:
-        self.scene, self.cut = scene, cut
-        self.redraw = redraw or scene.render
+        self.picture, self.cut = picture, cut
+        self.redraw = redraw or picture.render
         self.message = ""
         self._show_cut()
 
     @property
     def wavelengths(self) -> list[float]:
         """Wavelengths the slider stops at, nm."""
-        return [float(w) for w in self.scene.panels[0].entries[0].subject.wavelength]
+        return [float(w) for w in self.picture.panels[0].requests[0].subject.wavelength]
 
     @property
     def wavelength(self) -> float:
         """Wavelength shown, nm."""
-        entry = self.scene.panels[0].entries[0]
-        return float(entry.subject.wavelength[entry.column])
+        request = self.picture.panels[0].requests[0]
+        return float(request.subject.wavelength[request.column])
 
     @property
     def theta_i(self) -> float:
         """Incident zenith shown, degrees."""
-        return self.scene.panels[0].entries[0].theta_i
+        return self.picture.panels[0].requests[0].theta_i
 
     @property
     def largest_incident(self) -> float:
         """Upper end of the incident angle's slider, degrees."""
-        return float(np.floor(self.scene.limit))
+        return float(np.floor(self.picture.limit))
 
     @property
     def spectral_label(self) -> str:
         """What is shown: "λ = 550 nm", or the name of a band."""
-        entry = self.scene.panels[0].entries[0]
-        label = entry.subject.label(entry.column)
-        return f"band {label}" if entry.subject.scan.bands else f"λ = {label}"
+        request = self.picture.panels[0].requests[0]
+        label = request.subject.label(request.column)
+        return f"band {label}" if request.subject.scan.bands else f"λ = {label}"
 
     def set_wavelength(self, wavelength: float) -> None:
         """Show the measured wavelength nearest to one in nm."""
         nearest = min(self.wavelengths, key=lambda w: abs(w - wavelength))
         if nearest != self.wavelength:
-            self.scene.set(wavelength=nearest)
+            self.picture.set(wavelength=nearest)
             self._changed()
 
     def set_incident(self, theta_i: float) -> None:
         """Show an incident zenith in degrees; one that was measured, if it is near."""
-        measured = self.scene.panels[0].entries[0].subject.scan.incident_angles
+        measured = self.picture.panels[0].requests[0].subject.scan.incident_angles
         nearest = float(measured[np.abs(measured - theta_i).argmin()])
         angle = nearest if abs(nearest - theta_i) <= SNAP else round(float(theta_i), 1)
-        angle = float(np.clip(angle, 0.0, self.scene.limit))
+        angle = float(np.clip(angle, 0.0, self.picture.limit))
         if angle != self.theta_i:
-            self.scene.set(theta_i=angle)
+            self.picture.set(theta_i=angle)
             self._changed()
 
     def next_radius(self) -> None:
         """Go on to the next meaning of the radius."""
-        place = RADIUS_MODES.index(self.scene.look.radius)
-        self.scene.restyle(radius=RADIUS_MODES[(place + 1) % len(RADIUS_MODES)])
+        place = RADIUS_MODES.index(self.picture.look.radius)
+        self.picture.restyle(radius=RADIUS_MODES[(place + 1) % len(RADIUS_MODES)])
         self._changed()
 
     def next_colour(self) -> None:
         """Go on to the next meaning of the colour, where the scan has it."""
-        place = COLOUR_MODES.index(self.scene.look.colour)
+        place = COLOUR_MODES.index(self.picture.look.colour)
         try:
-            self.scene.restyle(colour=COLOUR_MODES[(place + 1) % len(COLOUR_MODES)])
+            self.picture.restyle(colour=COLOUR_MODES[(place + 1) % len(COLOUR_MODES)])
         except InputError as error:
             self.say(str(error))
         self._changed()
 
     def toggle_points(self) -> None:
         """Show or hide the measured points."""
-        for panel in self.scene.panels:
+        for panel in self.picture.panels:
             for marks in panel.marks:
                 marks.visible = not marks.visible
         self._changed()
 
     def toggle_hold(self) -> None:
         """Hold the scale while sliders move, or let it follow the values again."""
-        self.scene.held = None if self.scene.held else self.scene.scale
-        self.scene.update()
+        if self.picture.held:
+            self.picture.release()
+        else:
+            self.picture.hold()
         self._changed()
 
     def first_view(self) -> None:
         """Go back to the first camera position."""
-        self.scene.first_view()
+        self.picture.first_view()
+        self._changed()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Fit picture and cut to a window of another size, pixels."""
+        self.picture.resize(size)
+        if self.cut is not None:
+            self.cut.resize(self.picture.letter)
         self._changed()
 
     def say(self, text: str) -> None:
         """Put a line at the foot of the picture."""
         self.message = text
-        self.scene.say(text)
+        self.picture.say(text)
 
     def _changed(self) -> None:
         self._show_cut()
@@ -134,10 +142,10 @@ class Control:
     def _show_cut(self) -> None:
         if self.cut is None:
             return
-        entries = [e for p in self.scene.panels for e in p.entries]
-        lobes = [lobe for p in self.scene.panels for lobe in p.lobes]
+        requests = [e for p in self.picture.panels for e in p.requests]
+        lobes = [lobe for p in self.picture.panels for lobe in p.lobes]
         widths = [lobe.mesh.width if isinstance(lobe, FittedLobe) else 0.3 for lobe in lobes]
-        self.cut.show(entries, widths, self.scene.look.radius == "log")
+        self.cut.show(requests, widths, self.picture.look.radius == "log")
 
     def pick(self, x: float, y: float) -> str:
         """Read out what lies at a pixel, counted from the lower left corner of the window.
@@ -145,7 +153,7 @@ class Control:
         A measured point within REACH is preferred to the surface. Returns the line shown, "" for none.
         """
         text = ""
-        for panel in self.scene.panels:
+        for panel in self.picture.panels:
             if panel.renderer.IsInViewport(int(x), int(y)):
                 text = self._pick_mark(panel, x, y) or self._pick_surface(panel, x, y)
         self.say(text)
@@ -178,20 +186,14 @@ class Control:
             return ""
         zenith, azimuth = (float(a) for a in angles_of(picker.GetPickPosition()))
         place = panel.actors.index(picker.GetActor()) if picker.GetActor() in panel.actors else 0
-        entry = panel.entries[place]
-        where = f"{entry.name}: θr = {zenith:.2f}°, φ = {azimuth:.1f}°"
-        if isinstance(panel.lobes[place], FittedLobe) and entry.minus is None:
-            value = model_value(entry.subject, entry.column, entry.theta_i, zenith, azimuth)
+        request = panel.requests[place]
+        where = f"{request.name}: θr = {zenith:.2f}°, φ = {azimuth:.1f}°"
+        if isinstance(panel.lobes[place], FittedLobe) and request.minus is None:
+            subject = request.subject
+            direction = subject.directions([request.theta_i], [min(zenith, 89.99)], [azimuth])
+            value = subject.model_values(request.column, direction)[0]
             return f"{where}: model {value:.4g} 1/sr"
         return f"{where}: between measured points"
-
-
-def model_value(subject: Subject, column: int, theta_i: float, theta_r: float, phi: float) -> float:
-    """Fitted BRDF in 1/sr of one direction, degrees."""
-    fit = subject.fit
-    assert fit is not None
-    direction = subject.directions([theta_i], [min(theta_r, 89.99)], [phi])
-    return float(np.ravel(fit.model.brdf(fit.vector[column][None, :], fit.model.features(direction)))[0])
 
 
 def mark_text(marks: Marks, place: int) -> str:

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from clbrdf.viz.curves import signed_view_zenith
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
-from clbrdf.viz.panel import Entry
-from clbrdf.viz.radius import nice_step, plain
+from clbrdf.viz.lobes import MARGIN
+from clbrdf.viz.panel import LobeRequest
+from clbrdf.viz.radius import fine_steps, nice_step, plain
 from clbrdf.viz.style import BLACK, SERIES
 
 Array = npt.NDArray[np.float64]
@@ -50,23 +51,32 @@ class Cut:
             for shape in (axis.GetTitleProperties(), axis.GetLabelProperties()):
                 shape.SetFontFamily(FONT_FROM_FILE)
                 shape.SetFontFile(font_file())
-                shape.SetFontSize(size)
                 shape.BoldOff()
+        self.resize(size)
         renderer.add_chart(self.chart)
         self.series: list[tuple[Array, Array]] = []
         self.log = False
 
-    def show(self, entries: list[Entry], widths: list[float], log: bool) -> None:
-        """Draw entries with the half widths of their lobes (rad), on a logarithmic or linear axis."""
+    def resize(self, size: int) -> None:
+        """Give letters another height, pixels."""
+        for axis in (self.chart.x_axis, self.chart.y_axis):
+            for shape in (axis.GetTitleProperties(), axis.GetLabelProperties()):
+                shape.SetFontSize(size)
+
+    def show(self, requests: list[LobeRequest], widths: list[float], log: bool) -> None:
+        """Draw requests with the half widths of their lobes (rad), on a logarithmic or linear axis."""
         self.chart.clear()
         self.series = []
         self.log = log
-        alone = len(entries) == 1
+        alone = len(requests) == 1
         drawn = []
-        for k, (entry, width) in enumerate(zip(entries, widths, strict=True)):
+        for k, (request, width) in enumerate(zip(requests, widths, strict=True)):
             colour = SERIES[k % len(SERIES)]
-            drawn += self._parts(entry, width, colour, BLACK if alone else colour)
-        values = np.concatenate([y[np.isfinite(y) & (y > 0.0)] for _, y in self.series] or [np.ones(1)])
+            drawn += self._parts(request, width, colour, BLACK if alone else colour)
+        # What lies beyond the measured zeniths makes no scale.
+        reach = max((e.subject.reach(e.theta_i) for e in requests), default=90.0) + MARGIN
+        kept = [y[np.isfinite(y) & (y > 0.0) & (np.abs(x) <= reach)] for x, y in self.series]
+        values = np.concatenate(kept or [np.ones(1)])
         top = float(values.max(initial=1e-12))
         low = max(float(values.min(initial=top)), 1e-4 * top)
         for kind, x, y, colour in drawn:
@@ -85,8 +95,10 @@ class Cut:
         if self.log:
             first, last = np.log10(0.7 * low), np.log10(1.6 * top)
             stride = max(1.0, np.ceil((last - first) / 6.0))
-            decades = np.arange(np.ceil(first), last, stride)
-            axis.tick_locations, axis.tick_labels = list(decades), [plain(10.0**k) for k in decades]
+            shown = [float(10.0**k) for k in np.arange(np.ceil(first), last, stride)]
+            if len(shown) < 3:
+                shown = fine_steps(10.0**first, 10.0**last)
+            axis.tick_locations, axis.tick_labels = [np.log10(v) for v in shown], [plain(v) for v in shown]
             self.chart.y_range = [first, last]
             return
         step = nice_step(top)
@@ -94,18 +106,20 @@ class Cut:
         axis.tick_locations, axis.tick_labels = list(values), [plain(v) for v in values]
         self.chart.y_range = [0.0, 1.08 * top]
 
-    def _parts(self, entry: Entry, width: float, line: str, mark: str) -> list[tuple[str, Array, Array, str]]:
-        """Curve, points and error bars of an entry: kind, θr, values and colour."""
-        subject, column = entry.subject, entry.column
+    def _parts(
+        self, request: LobeRequest, width: float, line: str, mark: str
+    ) -> list[tuple[str, Array, Array, str]]:
+        """Curve, points and error bars of a request: kind, θr, values and colour."""
+        subject, column = request.subject, request.column
         out = []
         if subject.fit is not None and subject.parameters(column) is not None:
-            x = cut_angles(entry.theta_i, self.limit, width)
-            y = plane_values(subject, column, entry.theta_i, x)
+            x = cut_angles(request.theta_i, self.limit, width)
+            y = plane_values(subject, column, request.theta_i, x)
             self.series.append((x, y))
             out.append(("curve", x, y, line))
         scan = subject.scan
         zenith = signed_view_zenith(scan)
-        rows = subject.rows(entry.theta_i)
+        rows = subject.rows(request.theta_i)
         rows = rows[np.isfinite(zenith[rows]) & ~scan.mask[rows, column]]
         if len(rows) == 0:
             return out
@@ -121,8 +135,7 @@ class Cut:
 
 def plane_values(subject: Any, column: int, theta_i: float, signed_zenith: Array) -> Array:
     """Fitted BRDF, 1/sr, at signed view zeniths (K,) in the plane of incidence; all in degrees."""
-    fit = subject.fit
-    directions = subject.directions(
-        np.array([theta_i]), np.abs(signed_zenith), np.where(signed_zenith < 0.0, 0.0, 180.0)
+    side = np.where(signed_zenith < 0.0, 0.0, 180.0)
+    return np.asarray(
+        subject.model_values(column, subject.directions([theta_i], np.abs(signed_zenith), side))
     )
-    return np.asarray(fit.model.brdf(fit.vector[column][None, :], fit.model.features(directions))).reshape(-1)

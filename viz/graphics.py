@@ -43,7 +43,7 @@ def _trial(kind: str, off_screen: bool) -> str:
     environment = {**os.environ, **({SWITCH: kind} if kind else {})}
     try:
         done = subprocess.run(
-            [sys.executable, "-c", TRIAL, str(int(off_screen))],
+            [sys.executable, "-P", "-c", TRIAL, str(int(off_screen))],
             env=environment,
             capture_output=True,
             text=True,

@@ -59,10 +59,16 @@ class Lettering:
     renderer : vtkRenderer
     size : int
         Height of the letters, pixels.
+
+    Attributes
+    ----------
+    actors : list
+        All labels.
     """
 
     def __init__(self, renderer: Any, size: int) -> None:
         self.renderer, self.size = renderer, size
+        self.actors: list[Any] = []
 
     def add(self, text: str, position: npt.ArrayLike, colour: str = "#333333", anchor: str = "centre") -> Any:
         """Add a label at a position; return its actor.
@@ -74,7 +80,14 @@ class Lettering:
         self.move(actor, position)
         actor.SetPickable(False)
         self.renderer.AddActor(actor)
+        self.actors.append(actor)
         return actor
+
+    def resize(self, size: int) -> None:
+        """Change the height of all letters, pixels."""
+        self.size = size
+        for actor in self.actors:
+            actor.GetTextProperty().SetFontSize(size)
 
     def write(self, actor: Any, text: str) -> None:
         """Change the words of a label of `add`."""
@@ -84,13 +97,10 @@ class Lettering:
         """Put a label of `add` elsewhere."""
         actor.SetPosition(*np.asarray(position, dtype=float))
 
-    def _screen(self, text: str, colour: str, anchor: str) -> Any:
-        from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
-
-        actor = vtkBillboardTextActor3D()
-        actor.SetInput(text)
+    @staticmethod
+    def anchor(actor: Any, anchor: str) -> None:
+        """Change which part of a label of `add` lies at its position."""
         shape = actor.GetTextProperty()
-        _set_font(shape, self.size, colour)
         if anchor == "below":
             shape.SetVerticalJustificationToBottom()
         else:
@@ -98,4 +108,12 @@ class Lettering:
         {"left": shape.SetJustificationToLeft, "right": shape.SetJustificationToRight}.get(
             anchor, shape.SetJustificationToCentered
         )()
+
+    def _screen(self, text: str, colour: str, anchor: str) -> Any:
+        from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
+
+        actor = vtkBillboardTextActor3D()
+        actor.SetInput(text)
+        _set_font(actor.GetTextProperty(), self.size, colour)
+        self.anchor(actor, anchor)
         return actor

@@ -26,6 +26,14 @@ Paint = Callable[[npt.NDArray[np.floating]], Colours]
 """From values (...) to colours (..., 3)."""
 
 
+MARGIN = 1.0
+"""Degrees beyond the largest view zenith measured that do not count as extrapolated yet."""
+CUT_OFF = 1.13
+"""Longest radius of an extrapolation; 1 is the top of the scale."""
+EXTRAPOLATED = np.array([154.0, 160.0, 168.0])
+"""Grey, 8 bits."""
+
+
 class Lobe(Protocol):
     """One surface of a picture."""
 
@@ -33,9 +41,14 @@ class Lobe(Protocol):
     outline: Any
     """The surface's curve in the plane of incidence, drawn as a line: it is seen where the lobe itself is
     narrower than a pixel. None where there is no such curve."""
+    net: Any
+    """Lines that stand for the surface where several are laid over each other; None where there are none."""
 
     def evaluate(self, column: int, theta_i: float) -> bool:
         """Find the values at a wavelength and an incident zenith; False where there are none."""
+
+    def held_by_data(self) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.floating]]:
+        """Values and cosines of the view zenith, (K,), as far as something was measured, for the scale."""
 
     @property
     def values(self) -> npt.NDArray[np.floating]:
@@ -89,6 +102,7 @@ class FittedLobe:
         self._colours = np.zeros((*grid, 3), dtype=np.uint8)
         self._values: Single = np.zeros(mesh.shape, dtype=np.float32)
         self._column = 0
+        self.reach = mesh.limit
         self.polydata = pv.PolyData()
         self.polydata.points = self._points.reshape(-1, 3)
         triangles = mesh.triangles
@@ -103,6 +117,9 @@ class FittedLobe:
         self.outline.SetPoints(self.polydata.GetPoints())
         curve = mesh.plane_curve
         self.outline.lines = np.append(len(curve), curve)
+        self.net = pv.PolyData()
+        self.net.SetPoints(self.polydata.GetPoints())
+        self.net.lines = mesh.net
         self.polydata.GetPointData().SetNormals(self.polydata.GetPointData().GetArray("Normals"))
         self.polydata.GetPointData().SetActiveScalars("colour")
 
@@ -127,6 +144,7 @@ class FittedLobe:
         if parameters is None:
             return False
         self._column = column
+        self.reach = self.subject.reach(theta_i)
         self._evaluator.move(theta_i)
         self._values = self._evaluator.values(parameters)
         if self.other is not None and self._second is not None:
@@ -136,6 +154,18 @@ class FittedLobe:
             self._second.move(theta_i)
             self._values = self._values - self._second.values(subtracted)
         return True
+
+    @property
+    def beyond(self) -> npt.NDArray[np.bool_]:
+        """Where the model is extrapolated: beyond the largest view zenith measured, with a little room."""
+        return np.asarray(self.cos_r < np.cos(np.deg2rad(min(self.reach + MARGIN, 90.0))))
+
+    def held_by_data(self) -> tuple[Single, Single]:
+        """Values and cosines of the view zenith, (K,), up to the largest one measured."""
+        inside = ~self.beyond
+        if not inside.any():
+            inside[:] = True
+        return self._values[inside], self.cos_r[inside]
 
     def spectra(self) -> npt.NDArray[np.float64]:
         """Values of every fitted wavelength on what is evaluated, (*shape, W); 0 where unfitted."""
@@ -149,6 +179,9 @@ class FittedLobe:
         """Move the points, turn the normals and paint."""
         views = self._evaluator.views
         length = scale.length(np.abs(self._values) if self.other is not None else self._values, views[2])
+        beyond = self.beyond
+        # An extrapolation would leave the picture: it ends beyond the top.
+        length = np.where(beyond, np.minimum(length, np.float32(CUT_OFF)), length)
         half = views[:3] * length
         for axis in range(3):
             whole(half[axis], self._points[..., axis], odd=axis == 1)
@@ -156,15 +189,18 @@ class FittedLobe:
             whole(normal, self._normals[..., axis], odd=axis == 1)
         if paint is not None:
             self.set_colours(paint(self._values))
+        self.outline.Modified()
         for array in (self.polydata.GetPoints().GetData(), self.polydata.GetPointData().GetNormals()):
             array.Modified()
         self.polydata.GetPoints().Modified()
         self.polydata.Modified()
-        self.outline.Modified()
 
     def set_colours(self, colours: Colours) -> None:
-        """Set the colours of what is evaluated, (*shape, 3)."""
+        """Set the colours of what is evaluated, (*shape, 3); grey where it is extrapolated."""
         sectors = self.mesh.sectors
+        beyond = self.beyond
+        if beyond.any():
+            colours = np.where(beyond[..., None], (0.25 * colours + 0.75 * EXTRAPOLATED), colours)
         if self.mesh.even:
             self._colours[:, : sectors + 1] = colours
             self._colours[:, sectors + 1 :] = colours[:, sectors - 1 : 0 : -1]
@@ -202,7 +238,8 @@ def _grid_normals(half: Single, even: bool = True) -> Single:
 class MeasuredLobe:
     """Measured values joined: by triangles over the hemisphere, by a sheet in the plane of incidence.
 
-    With `other`, the difference self − other at the measured directions.
+    With `other`, the difference self − other at the measured directions; of those `asked` for at the incident
+    zenith, `compared` have a value on both sides.
     """
 
     def __init__(self, subject: Subject, other: Subject | None = None) -> None:
@@ -211,6 +248,8 @@ class MeasuredLobe:
         self.subject, self.other = subject, other
         self.polydata = pv.PolyData()
         self.outline = None
+        self.net = None
+        self.asked, self.compared = 0, 0
         self._values = np.zeros(0)
         self._cos_r = np.zeros(0)
         self._vectors = np.zeros((0, 3))
@@ -234,15 +273,22 @@ class MeasuredLobe:
         """Unit vectors of their directions, (K, 3)."""
         return self._vectors
 
+    def held_by_data(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """All values, and cosines of their view zenith, (K,)."""
+        return self._values, self._cos_r
+
     def evaluate(self, column: int, theta_i: float) -> bool:
         """Take the usable values of the directions at this incident zenith, the mean where one repeats."""
         scan = self.subject.scan
         rows = self.subject.rows(theta_i)
+        self.asked = len(rows)
         rows = rows[~scan.mask[rows, column]]
         values = scan.brdf[rows, column]
+        self.compared = 0
         if self.other is not None:
             values = values - reference_values(self.other, self.subject, rows, column)
             rows, values = rows[np.isfinite(values)], values[np.isfinite(values)]
+            self.compared = len(rows)
         if len(rows) == 0:
             self.polydata.copy_structure(_nothing())
             return False
@@ -310,7 +356,7 @@ def reference_values(
     Its model where it has a fit; else its measured value in the same direction within 0.05°.
     """
     scan = subject.scan
-    nearest = other.column(float(scan.wavelength[column]))
+    nearest = other.column(float(subject.wavelength[column]))
     if other.fit is not None:
         return np.asarray(other.fit.evaluate(scan.directions[rows])[:, nearest])
     theirs = other.scan

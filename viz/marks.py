@@ -23,6 +23,12 @@ TO_THE_FRONT = -66000.0
 """Depth offset, in units of the depth buffer's step, that puts marks before any surface."""
 
 
+MOST_POINTS = 1500
+"""More would hide the lobe: of these every second, third… is drawn, and the caption says so."""
+SMALLER = ((600, 0.35), (150, 0.65))
+"""From so many points on they are drawn smaller, by this factor."""
+
+
 class Marks:
     """Measured points and whiskers of one subject in one renderer.
 
@@ -31,14 +37,16 @@ class Marks:
     renderer : vtkRenderer
     subject : Subject
     size : float
-        Diameter of a point, pixels.
+        Diameter of a point, pixels; of many points less.
+    colour : str, optional
+        "#rrggbb" of points among those of other subjects, which have no whiskers.
     """
 
-    def __init__(self, renderer: Any, subject: Subject, size: float = 7.0) -> None:
+    def __init__(self, renderer: Any, subject: Subject, size: float = 7.0, colour: str = "") -> None:
         import pyvista as pv
         from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-        self.subject = subject
+        self.subject, self.size, self.alone = subject, size, not colour
         self.points, self.whiskers = pv.PolyData(), pv.PolyData()
         self._actors = []
         for data in (self.whiskers, self.points):
@@ -51,7 +59,7 @@ class Marks:
             actor.SetMapper(mapper)
             actor.GetProperty().SetPointSize(size)
             actor.GetProperty().SetLineWidth(2.5)
-            actor.GetProperty().SetColor(*rgb(BLACK))
+            actor.GetProperty().SetColor(*rgb(colour or BLACK))
             actor.GetProperty().LightingOff()
             actor.PickableOff()
             renderer.AddActor(actor)
@@ -60,6 +68,7 @@ class Marks:
         self.masked = 0
         self.column = 0
         self.positions = np.zeros((0, 3))
+        self.drawn: npt.NDArray[np.intp] = np.zeros(0, dtype=np.intp)
 
     @property
     def visible(self) -> bool:
@@ -76,6 +85,10 @@ class Marks:
         scan, rows = self.subject.scan, self.subject.rows(theta_i)
         masked = scan.mask[rows, column]
         self.column, self.rows, self.masked = column, rows[~masked], int(masked.sum())
+        every = -(-len(self.rows) // MOST_POINTS)
+        self.drawn = np.arange(0, len(self.rows), max(1, every))
+        share = next((share for most, share in SMALLER if len(self.drawn) > most), 1.0)
+        self._actors[1].GetProperty().SetPointSize(max(2.0, share * self.size))
 
     @property
     def values(self) -> Array:
@@ -90,12 +103,9 @@ class Marks:
     @property
     def model(self) -> Array | None:
         """Model values in the same directions, (K,), 1/sr; None without a fit."""
-        fit = self.subject.fit
-        if fit is None or self.subject.parameters(self.column) is None:
+        if self.subject.parameters(self.column) is None:
             return None
-        directions = self.subject.scan.directions[self.rows]
-        x = fit.model.features(directions)
-        return np.asarray(fit.model.brdf(fit.vector[self.column][None, :], x)).reshape(-1)
+        return self.subject.model_values(self.column, self.subject.scan.directions[self.rows])
 
     def draw(self, scale: RadiusScale) -> None:
         """Put points and whiskers where a scale wants them."""
@@ -106,14 +116,15 @@ class Marks:
         measured, model = self.values, self.model
         points, whiskers = pv.PolyData(), pv.PolyData()
         self.positions = vectors * scale.length(measured, self.cos_r)[:, None]
+        shown = self.positions[self.drawn]
         if len(self.rows):
-            points = pv.PolyData(self.positions.astype(np.float32))
-        if len(self.rows) and model is not None:
-            ends = vectors * scale.length(model, self.cos_r)[:, None]
+            points = pv.PolyData(shown.astype(np.float32))
+        if len(self.rows) and model is not None and self.alone:
+            ends = (vectors * scale.length(model, self.cos_r)[:, None])[self.drawn]
             count = len(ends)
             pairs = np.stack([np.full(count, 2), np.arange(count), np.arange(count) + count], axis=-1)
-            whiskers = pv.PolyData(np.vstack([self.positions, ends]).astype(np.float32), lines=pairs.ravel())
-            colours = np.where((measured > model)[:, None], ABOVE, BELOW).astype(np.uint8)
+            whiskers = pv.PolyData(np.vstack([shown, ends]).astype(np.float32), lines=pairs.ravel())
+            colours = np.where((measured > model)[self.drawn, None], ABOVE, BELOW).astype(np.uint8)
             whiskers.point_data["colour"] = np.vstack([colours, colours])
             whiskers.GetPointData().SetActiveScalars("colour")
         self.points.shallow_copy(points)

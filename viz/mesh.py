@@ -23,6 +23,8 @@ from clbrdf.errors import InputError
 Single = npt.NDArray[np.float32]
 
 DEFAULT_RINGS, DEFAULT_SECTORS = 96, 48
+NET_RINGS, NET_SECTORS = 14, 16
+"""Lines of the net that stands for a surface where several are laid over each other."""
 WIDEST = np.deg2rad(20.0)
 """Lobes broader than this need no refinement around their middle."""
 
@@ -85,6 +87,17 @@ class LobeMesh:
         """Points of the plane of incidence, (2R + 1,), from the forward limit over the mirror direction."""
         rings = np.arange(self.rings + 1) * 2 * self.sectors
         return np.append(rings[::-1], rings[1:] + self.sectors)
+
+    @cached_property
+    def net(self) -> npt.NDArray[np.int64]:
+        """Lines of a wide-meshed net over the whole surface, as cells of VTK: a count and its points."""
+        across = 2 * self.sectors
+        rings = np.unique(np.linspace(0, self.rings, NET_RINGS + 1).round().astype(np.int64))[1:]
+        sectors = np.arange(0, across, max(1, across // NET_SECTORS))
+        around = np.append(np.arange(across), 0)
+        lines = [j * across + around for j in rings]
+        lines += [np.arange(self.rings + 1) * across + k for k in sectors]
+        return np.concatenate([np.insert(line, 0, len(line)) for line in lines])
 
     @cached_property
     def _circle(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

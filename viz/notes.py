@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.viz.directions import angles_of
+from clbrdf.viz.lobes import MARGIN
 from clbrdf.viz.subject import Subject
 
 
@@ -27,16 +28,23 @@ def kind_of(subject: Subject, surface_from_model: bool) -> str:
     return "measured values, joined by straight lines"
 
 
-def points_text(subject: Subject, theta_i: float, shown: int, masked: int) -> str:
-    """Say how many measured points there are at an incident zenith in degrees."""
+def points_text(subject: Subject, theta_i: float, shown: int, masked: int, drawn: int) -> str:
+    """Say how many measured points there are at an incident zenith in degrees, and how many are drawn."""
     if len(subject.rows(theta_i)) == 0:
         angles = subject.scan.incident_angles
         listed = ", ".join(f"{a:g}" for a in angles[:6]) + ("…" if len(angles) > 6 else "")
         return f"not measured at θi = {theta_i:g}° (measured: {listed}°)"
     text = f"{shown} measured point{'s' if shown != 1 else ''}"
+    text += f", {drawn} of them drawn" if drawn < shown else ""
     return text + (f", {masked} masked and not shown" if masked else "")
 
 
-def clip_text(limit: float) -> str:
-    """Say where the mesh ends."""
-    return f"model drawn to θr = {limit:g}° (it grows without bound towards 90°)"
+def compared_text(compared: int, asked: int) -> str:
+    """Say how many directions of a difference have a value on both sides."""
+    return f"{compared} of {asked} directions compared"
+
+
+def clip_text(limit: float, reach: float) -> str:
+    """Say where the mesh ends, and from where on it is extrapolated; view zeniths in degrees."""
+    text = f"model drawn to θr = {limit:g}°"
+    return text + (f", grey beyond {reach:g}°, where nothing is measured" if limit > reach + MARGIN else "")

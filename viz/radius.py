@@ -20,7 +20,7 @@ RadiusMode = Literal["linear", "log", "cosine"]
 
 RADIUS_MODES: tuple[RadiusMode, ...] = ("linear", "log", "cosine")
 DECADES = 4.0
-"""Span of a logarithmic radius where the values themselves do not end earlier."""
+"""Span of a logarithmic radius of modelled values, where these do not end earlier."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class RadiusScale:
             stride = max(1.0, np.ceil((last - first) / 5.0))
             values = [10.0**k for k in np.arange(first, last + 1.0, stride)]
             if len(values) < 3:
-                values = steps_125(self.floor, self.top)
+                values = fine_steps(self.floor, self.top)
             return [(float(self.length(v, 1.0)), plain(v)) for v in values]
         step = nice_step(self.top)
         return [
@@ -103,6 +103,15 @@ def steps_125(low: float, high: float) -> list[float]:
     return inside if len(inside) >= 2 else [low, high]
 
 
+def fine_steps(low: float, high: float) -> list[float]:
+    """Values for a logarithmic axis without decades in it: 1, 2, 5, or even steps where those are few."""
+    values = steps_125(low, high)
+    if len(values) >= 3:
+        return values
+    step = nice_step(high - low)
+    return [float(k * step) for k in np.arange(np.ceil(low / step), np.floor(high / step) + 1.0)]
+
+
 def nice_step(top: float) -> float:
     """Step of 1, 2 or 5 times a power of ten that divides [0, top] into three to six parts."""
     power = 10.0 ** np.floor(np.log10(top / 3.0))
@@ -110,7 +119,11 @@ def nice_step(top: float) -> float:
 
 
 def make_scale(
-    mode: RadiusMode, values: npt.ArrayLike, cos_r: npt.ArrayLike, floor: float | None = None
+    mode: RadiusMode,
+    values: npt.ArrayLike,
+    cos_r: npt.ArrayLike,
+    floor: float | None = None,
+    decades: float = DECADES,
 ) -> RadiusScale:
     """Return the scale that fits values (1/sr): the longest has length 1.
 
@@ -120,7 +133,8 @@ def make_scale(
     values, cos_r : arrays of one shape
         Everything that will be drawn with this scale.
     floor : float, optional
-        For "log"; else the smallest value, rounded down to a power of ten, at most DECADES below the top.
+        For "log"; else the smallest value, rounded down to a power of ten, at most `decades` below the top.
+    decades : float
 
     Raises
     ------
@@ -135,7 +149,7 @@ def make_scale(
         return RadiusScale(mode, 1.0, floor if floor is not None and 0.0 < floor < 1.0 else 1e-3)
     top = float((f * cosine)[good].max() if mode == "cosine" else f[good].max())
     if floor is None:
-        lowest = max(float(f[good].min()), top * 10.0**-DECADES)
+        lowest = max(float(f[good].min()), top * 10.0**-decades)
         # The floor lies under the smallest value by at least a fifth of a decade, so that it is seen.
         floor = float(10.0 ** np.floor(np.log10(lowest) - 0.2))
     if not 0.0 < floor < top:

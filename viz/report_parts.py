@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -46,7 +46,7 @@ def cell(value: float | str, digits: int) -> str:
     return f"{value:.{digits}g}" if np.isfinite(value) else ""
 
 
-def table(names: list[str], rows: list[list[float | str]]) -> str:
+def table(names: Sequence[str], rows: Sequence[Sequence[float | str]]) -> str:
     """Return a table of numbers."""
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
     cells = ((escape(cell(v, 5)) or "–" for v in row) for row in rows)

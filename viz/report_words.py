@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from clbrdf.fit.identifiability import by_remark
+from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
 
 Rows = list[tuple[str, str]]
@@ -34,8 +35,8 @@ def summary_rows(fit: Fit) -> Rows:
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
         columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
-        ("method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', 'not recorded')}"),
-        ("device", fit.device),
+        ("method", f"{fit.setup.method}, seed {fit.setup.seed}, weights {fit.setup.weighting}"),
+        ("device", fit.search.device),
     ]
     if good.size:
         rows.append(("E (13)", f"median {np.median(good):.4g}, from {good.min():.4g} to {good.max():.4g}"))
@@ -49,11 +50,11 @@ def summary_rows(fit: Fit) -> Rows:
 def warning_lines(fit: Fit) -> list[str]:
     """Return what a reader has to know before trusting the numbers; empty if nothing."""
     lines = []
-    for status in ("no data", "not converged", "ambiguous", "at bound"):
+    for status in ("no data", "no weight", "not converged", "ambiguous", "at bound"):
         here = fit.wavelength[fit.status == status]
         if len(here):
             lines.append(f"{status} at {_listed(here)}: {MEANING[status]}")
-    lines += [f"{remark}, at {_listed(nm)}" for remark, nm in by_remark(fit.remarks, fit.wavelength)]
+    lines += [f"{remark}, at {_listed(nm)}" for remark, nm in gathered(fit.remarks, fit.wavelength)]
     sigma = fit.relative_rms[np.isfinite(fit.relative_rms)]
     if sigma.size and np.median(sigma) > NOTABLE_DEVIATION:
         lines.append(
@@ -61,7 +62,7 @@ def warning_lines(fit: Fit) -> list[str]:
             " wavelengths); read its parameters with that in mind"
         )
     lines += _mask_lines(fit.scan)
-    refused, spent = int(fit.not_finite.sum()), int(fit.evaluations.sum())
+    refused, spent = int(fit.search.not_finite.sum()), int(fit.search.evaluations.sum())
     if refused > NOTABLE_REFUSALS * spent:
         lines.append(f"{refused} of {spent} evaluations of the search were not finite and were refused")
     repeated = fit.scan.repeated_directions()
@@ -92,6 +93,21 @@ def _plane_lines(scan: Scan) -> list[str]:
     return []
 
 
+def budget_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of what makes the error bars: 1σ by component, median over wavelengths."""
+    rows = [[name, *("–" if v != v else f"{v:.2g}" for v in values)] for name, values in budget_table(fit)]
+    return ["component", *fitted_names(fit)], rows
+
+
+def mean_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+    """Return names and rows of the means over wavelengths, with the correlations between them."""
+    rows = [
+        [r.parameter, f"{r.value:.4g}", *(f"{v:.2g}" for v in (r.sigma, r.random, r.common)), str(r.count)]
+        for r in mean_table(fit)
+    ]
+    return ["parameter", "mean", "1σ", "random part", "common part", "wavelengths"], rows
+
+
 def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
     """Return names and rows of the paper's Tables 1 and 2: every wavelength, σr in percent, with 1σ."""
     angles = fit.scan.incident_angles
@@ -105,16 +121,17 @@ def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
         for name in fit.model.names:
             row += [float(fit.parameters[name][k]), float(fit.sigma[name][k])]
         row.append(float(fit.objective[k]))
-        row += [100.0 * float(v) for v in fit.relative_rms_by_incident_angle[:, k]]
+        row += [100.0 * float(v) for v in fit.goodness.relative_rms_by_incident_angle[:, k]]
         rows.append([*row, str(fit.status[k])])
     return names, rows
 
 
 MEANING = {
     "no data": "every value is masked, there is no fit",
+    "no weight": "no value has a weight, there is no fit",
     "not converged": "the polish ran out of iterations; use these parameters with care",
     "ambiguous": "other parameters fit as well; single parameters mean little there, the BRDF does",
-    "at bound": "at least one parameter stands at its limit and has no uncertainty",
+    "at bound": "at least one parameter is at its limit; other error bars are given that it stays there",
 }
 
 

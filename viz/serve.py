@@ -18,6 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import interrupt_raises
 
 LAST_PORT = 65535
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
@@ -103,7 +104,8 @@ class PageServer:
         """Serve until interrupted; `ready` gets the address."""
         ready(self.address)
         try:
-            self.server.serve_forever()
+            with interrupt_raises():
+                self.server.serve_forever()
         except KeyboardInterrupt:
             pass
         finally:

@@ -81,7 +81,7 @@ def quality_spectra(fit: Fit) -> Figure:
     if good.size and good.max() > 30.0 * good.min():
         left.set_yscale("log")
     left.set_ylabel("E (13)")
-    rows = zip(fit.scan.incident_angles, fit.relative_rms_by_incident_angle, strict=True)
+    rows = zip(fit.scan.incident_angles, fit.goodness.relative_rms_by_incident_angle, strict=True)
     for k, (angle, values) in enumerate(rows):
         right.plot(
             fit.wavelength,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,7 +13,8 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file
-from clbrdf.viz.scene import Scene
+from clbrdf.viz.picture import Picture
+from clbrdf.viz.radius import joined
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]
@@ -21,13 +23,13 @@ FRAMES_A_SECOND = 12
 MOST_FRAMES = 1000
 
 
-def pixels(scene: Scene, transparent: bool = False) -> Pixels:
-    """Draw a scene; rows × columns × 3 (red, green, blue) or 4 (and opacity), 8 bits."""
+def pixels(picture: Picture, transparent: bool = False) -> Pixels:
+    """Draw a picture; rows × columns × 3 (red, green, blue) or 4 (and opacity), 8 bits."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-    window = scene.plotter.render_window
-    scene.ground.SetBackgroundAlpha(0.0 if transparent else 1.0)
+    window = picture.plotter.render_window
+    picture.background.SetBackgroundAlpha(0.0 if transparent else 1.0)
     window.SetAlphaBitPlanes(1)
     window.Render()
     grab = vtkWindowToImageFilter()
@@ -39,10 +41,27 @@ def pixels(scene: Scene, transparent: bool = False) -> Pixels:
     image = grab.GetOutput()
     width, height, _ = image.GetDimensions()
     flat = vtk_to_numpy(image.GetPointData().GetScalars())
-    return np.asarray(flat.reshape(height, width, -1)[::-1], dtype=np.uint8)
+    drawn = np.asarray(flat.reshape(height, width, -1)[::-1], dtype=np.uint8)
+    return with_halo(drawn, max(2, picture.letter // 6)) if transparent else drawn
 
 
-def save_png(scene: Scene, path: str | Path, transparent: bool = False, overwrite: bool = False) -> None:
+def with_halo(drawn: Pixels, width: int) -> Pixels:
+    """Lay a picture (rows × columns × 4) over a white rim of its own shape: words stay legible on black.
+
+    `width` is that of the rim, pixels.
+    """
+    from PIL import Image, ImageFilter
+
+    shape = Image.fromarray(np.ascontiguousarray(drawn[..., 3]))
+    rim = shape.filter(ImageFilter.MaxFilter(2 * width + 1)).filter(ImageFilter.GaussianBlur(width / 3.0))
+    under = np.full(drawn.shape, 255, dtype=np.uint8)
+    under[..., 3] = np.asarray(rim)
+    whole = Image.fromarray(under)
+    whole.alpha_composite(Image.fromarray(np.ascontiguousarray(drawn)))
+    return np.asarray(whole)
+
+
+def save_png(picture: Picture, path: str | Path, transparent: bool = False, overwrite: bool = False) -> None:
     """Write a PNG, whole or not at all.
 
     Raises
@@ -53,10 +72,10 @@ def save_png(scene: Scene, path: str | Path, transparent: bool = False, overwrit
     from PIL import Image
 
     with whole_file(path, overwrite) as part:
-        Image.fromarray(pixels(scene, transparent)).save(part, format="PNG")
+        Image.fromarray(pixels(picture, transparent)).save(part, format="PNG")
 
 
-def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[float]:
+def sweep_stops(picture: Picture, sweep: Sweep, frames: int | None = None) -> list[float]:
     """Return where a sweep stops: measured wavelengths (nm), or incident zeniths (degrees) over the measured.
 
     Raises
@@ -66,7 +85,7 @@ def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[f
     """
     if frames is not None and not 2 <= frames <= MOST_FRAMES:
         raise InputError(f"--frames {frames}: a sweep has 2 to {MOST_FRAMES} frames")
-    subject = scene.panels[0].entries[0].subject
+    subject = picture.panels[0].requests[0].subject
     if sweep == "wavelength":
         stops = subject.wavelength
         if len(stops) < 2:
@@ -85,36 +104,36 @@ def sweep_stops(scene: Scene, sweep: Sweep, frames: int | None = None) -> list[f
     return [round(float(a), 2) for a in np.linspace(angles[0], angles[-1], count)]
 
 
-def hold_over(scene: Scene, sweep: Sweep, stops: Sequence[float]) -> None:
+def hold_over(picture: Picture, sweep: Sweep, stops: Sequence[float]) -> None:
     """Hold one scale that fits every frame of a sweep, so that frames compare."""
-    scales = []
+    scales, paints = [], []
     for stop in stops:
-        go(scene, sweep, stop)
-        scales.append(scene.scale)
-    from clbrdf.viz.radius import joined
+        go(picture, sweep, stop)
+        scales.append(picture.scale)
+        paints.append(picture.paint)
+    low, high = min(p.low for p in paints), max(p.high for p in paints)
+    picture.hold(joined(scales), replace(paints[0], low=low, high=high))
 
-    scene.held = joined(scales)
 
-
-def go(scene: Scene, sweep: Sweep, stop: float) -> None:
+def go(picture: Picture, sweep: Sweep, stop: float) -> None:
     """Show one stop of a sweep."""
     if sweep == "wavelength":
-        scene.set(wavelength=stop)
+        picture.set(wavelength=stop)
     else:
-        scene.set(theta_i=stop)
+        picture.set(theta_i=stop)
 
 
-def frames_of(scene: Scene, sweep: Sweep, stops: Sequence[float], report: Report) -> Iterator[Pixels]:
+def frames_of(picture: Picture, sweep: Sweep, stops: Sequence[float], report: Report) -> Iterator[Pixels]:
     """Draw every stop of a sweep with one scale."""
-    hold_over(scene, sweep, stops)
+    hold_over(picture, sweep, stops)
     for k, stop in enumerate(stops):
-        go(scene, sweep, stop)
-        yield pixels(scene)
+        go(picture, sweep, stop)
+        yield pixels(picture)
         report(k + 1, len(stops))
 
 
 def save_gif(
-    scene: Scene,
+    picture: Picture,
     path: str | Path,
     sweep: Sweep,
     frames: int | None = None,
@@ -130,12 +149,12 @@ def save_gif(
     """
     from PIL import Image
 
-    stops = sweep_stops(scene, sweep, frames)
+    stops = sweep_stops(picture, sweep, frames)
     with whole_file(path, overwrite) as part:
         # One palette for all frames, so that colours keep their meaning.
-        pictures = [Image.fromarray(p) for p in frames_of(scene, sweep, stops, report)]
-        palette = pictures[len(pictures) // 2].quantize(256, dither=Image.Dither.NONE)
-        flat = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+        drawn = [Image.fromarray(p) for p in frames_of(picture, sweep, stops, report)]
+        palette = drawn[len(drawn) // 2].quantize(256, dither=Image.Dither.NONE)
+        flat = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in drawn]
         flat += flat[-2:0:-1]
         flat[0].save(
             part,
@@ -149,7 +168,7 @@ def save_gif(
 
 
 def save_mp4(
-    scene: Scene,
+    picture: Picture,
     path: str | Path,
     sweep: Sweep,
     frames: int | None = None,
@@ -164,16 +183,16 @@ def save_mp4(
         The encoder (imageio-ffmpeg) is not installed, sides of odd length, or as `sweep_stops`.
     """
     writer_of = _encoder()
-    if scene.size[0] % 2 or scene.size[1] % 2:
-        raise InputError(f"size {scene.size[0]}x{scene.size[1]}: films need sides of even length")
-    stops = sweep_stops(scene, sweep, frames)
+    if picture.size[0] % 2 or picture.size[1] % 2:
+        raise InputError(f"size {picture.size[0]}x{picture.size[1]}: films need sides of even length")
+    stops = sweep_stops(picture, sweep, frames)
     target = check_output(path, overwrite)
     with whole_file(target, overwrite) as part:
         film = part.with_suffix(".mp4")  # the encoder goes by the name's end
         try:
             writer = writer_of(
                 str(film),
-                scene.size,
+                picture.size,
                 fps=FRAMES_A_SECOND,
                 macro_block_size=2,
                 quality=8,
@@ -181,8 +200,8 @@ def save_mp4(
             )
             writer.send(None)
             try:
-                for picture in frames_of(scene, sweep, stops, report):
-                    writer.send(np.ascontiguousarray(picture))
+                for frame in frames_of(picture, sweep, stops, report):
+                    writer.send(np.ascontiguousarray(frame))
             finally:
                 writer.close()
             film.replace(part)

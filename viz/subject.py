@@ -85,6 +85,11 @@ class Subject:
             there &= self.scan.phi_i == self.phi_i
         return np.flatnonzero(there)
 
+    def reach(self, theta_i: float) -> float:
+        """Return the largest view zenith measured at an incident zenith, else anywhere; degrees."""
+        rows = self.rows(theta_i)
+        return float(self.scan.theta_r[rows if len(rows) else slice(None)].max())
+
     def directions(self, theta_i: npt.ArrayLike, theta_r: npt.ArrayLike, phi: npt.ArrayLike) -> Directions:
         """Return directions at the incident azimuth that is shown; all in degrees, φ = φr − φi."""
         turn = self.phi_i if self.anisotropic else 0.0
@@ -94,6 +99,12 @@ class Subject:
             np.asarray(theta_r, np.float64),
             np.asarray(phi, np.float64) + turn,
         )
+
+    def model_values(self, column: int, directions: Directions) -> Array:
+        """Fitted BRDF of directions (N,) at one wavelength, (N,), 1/sr."""
+        assert self.fit is not None
+        model = self.fit.model
+        return np.ravel(model.brdf(self.fit.vector[column][None, :], model.features(directions)))
 
     def column(self, wavelength: float) -> int:
         """Place of the measured wavelength nearest to one in nm."""

@@ -11,7 +11,7 @@ import numpy as np
 from clbrdf.opencl.device import Device
 from clbrdf.viz.graphics import require_off_screen
 from clbrdf.viz.mesh import LobeMesh
-from clbrdf.viz.panel import Entry
+from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.subject import Subject, drawing_limit, lobe_width
 
 
@@ -28,7 +28,7 @@ class StepTimes:
     lobe : float
         Evaluation on the device and update of points, normals and colours in place.
     update : float
-        The same with scale, stage, marks and words.
+        The same with scale, ground, marks and words.
     redraw : float
         Update and drawing.
     """
@@ -73,34 +73,34 @@ def step_times(
         No OpenGL here.
     """
     require_off_screen()
-    from clbrdf.viz.scene import MOVING_SAMPLES, Scene
+    from clbrdf.viz.picture import MOVING_SAMPLES, Picture
 
-    entry = Entry(subject, subject.default_wavelength(), subject.default_incident())
+    request = LobeRequest(subject, subject.default_wavelength(), subject.default_incident())
     limit = drawing_limit([subject])
-    mesh = None if points is None else mesh_of(points, lobe_width(subject, entry.theta_i), limit)
-    scene = Scene([entry], size=size, samples=MOVING_SAMPLES, mesh=mesh, device=device)
-    scene.render()
-    lobe = scene.panels[0].lobes[0]
+    mesh = None if points is None else mesh_of(points, lobe_width(subject, request.theta_i), limit)
+    picture = Picture([request], size=size, samples=MOVING_SAMPLES, mesh=mesh, device=device)
+    picture.render()
+    lobe = picture.panels[0].lobes[0]
     waves = np.resize(subject.wavelength, steps)
     angles = np.linspace(20.0, 60.0, steps)
     out = []
     for slider in ("wavelength", "theta-i"):
 
         def move(k: int, slider: str = slider) -> None:
-            scene.set(**({"wavelength": waves[k]} if slider == "wavelength" else {"theta_i": angles[k]}))
+            picture.set(**({"wavelength": waves[k]} if slider == "wavelength" else {"theta_i": angles[k]}))
 
         def shape(k: int, slider: str = slider) -> None:
-            column = subject.column(waves[k]) if slider == "wavelength" else entry.column
-            lobe.evaluate(column, entry.theta_i if slider == "wavelength" else angles[k])
-            lobe.draw(scene.scale, scene.paint)
+            column = subject.column(waves[k]) if slider == "wavelength" else request.column
+            lobe.evaluate(column, request.theta_i if slider == "wavelength" else angles[k])
+            lobe.draw(picture.scale, picture.paint)
 
         def draw(k: int, move: Callable[[int], None] = move) -> None:
             move(k)
-            scene.render()
+            picture.render()
 
         times = [1e3 * _median(action, steps) for action in (shape, move, draw)]
         out.append(StepTimes(slider, lobe.polydata.n_points, *times))
-    scene.close()
+    picture.close()
     return out
 
 

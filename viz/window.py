@@ -1,4 +1,4 @@
-"""The interactive window: a scene with sliders, keys, clicks and the linked cut."""
+"""The interactive window: a picture with sliders, keys, clicks and the linked cut."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from clbrdf.opencl.device import Device
 from clbrdf.viz.control import Control
 from clbrdf.viz.cut import Cut
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
-from clbrdf.viz.panel import Entry
-from clbrdf.viz.scene import MOVING_SAMPLES, Scene
+from clbrdf.viz.panel import LobeRequest
+from clbrdf.viz.picture import MOVING_SAMPLES, Picture
 from clbrdf.viz.style import Look
 
 PANEL_AREA = (0.0, 0.16, 0.60, 0.89)
@@ -21,8 +21,8 @@ CLICK_REACH = 4.0
 """Pixels the mouse may move between press and release of a click."""
 
 
-def controlled_scene(
-    entries: Sequence[Entry],
+def controlled_picture(
+    requests: Sequence[LobeRequest],
     look: Look,
     size: tuple[int, int],
     *,
@@ -30,9 +30,9 @@ def controlled_scene(
     off_screen: bool = False,
     device: Device | None = None,
 ) -> Control:
-    """Return a scene with the linked cut beside it, and its control."""
-    scene = Scene(
-        entries,
+    """Return a picture with the linked cut beside it, and its control."""
+    picture = Picture(
+        requests,
         look,
         size=size,
         overlay=overlay,
@@ -42,7 +42,7 @@ def controlled_scene(
         samples=MOVING_SAMPLES,
         device=device,
     )
-    return Control(scene, Cut(scene.inset, scene.limit, scene.letter))
+    return Control(picture, Cut(picture.inset, picture.limit, picture.letter))
 
 
 class Window:
@@ -55,7 +55,7 @@ class Window:
 
     def __init__(self, control: Control) -> None:
         self.control = control
-        scene = control.scene
+        picture = control.picture
         self.keys: dict[str, Callable[[], None]] = {
             "l": control.next_radius,
             "c": control.next_colour,
@@ -64,15 +64,15 @@ class Window:
             "i": control.first_view,
         }
         for key, action in self.keys.items():
-            scene.plotter.add_key_event(key, action)
-        self.interactor = scene.plotter.iren.interactor
+            picture.plotter.add_key_event(key, action)
+        self.interactor = picture.plotter.iren.interactor
         self.wavelength_slider: Any = None
         if len(control.wavelengths) > 1:
             span = control.wavelengths[0], control.wavelengths[-1]
             self.wavelength_slider = self._slider(span, control.wavelength, 0.03, self._wavelength)
         self.incident_slider: Any = None
-        if any(e.subject.fit is not None for p in scene.panels for e in p.entries) or (
-            len(scene.panels[0].entries[0].subject.scan.incident_angles) > 1
+        if any(e.subject.fit is not None for p in picture.panels for e in p.requests) or (
+            len(picture.panels[0].requests[0].subject.scan.incident_angles) > 1
         ):
             span = 0.0, control.largest_incident
             self.incident_slider = self._slider(span, control.theta_i, 0.33, self._incident)
@@ -81,10 +81,12 @@ class Window:
         # The style takes the focus when a button goes down, and nobody else hears of its release; it says so
         # itself, of a click as of a drag.
         self.interactor.GetInteractorStyle().AddObserver("EndInteractionEvent", self._release)
+        # Letters have a height in pixels: a window that becomes smaller has to be laid out anew.
+        picture.plotter.render_window.AddObserver("WindowResizeEvent", self._resized)
         control.say(KEYS)
         self._say_values()
         # A click before the first picture would find sliders without a shape, and VTK would end.
-        scene.render()
+        picture.render()
 
     def _slider(
         self, span: tuple[float, float], value: float, left: float, action: Callable[..., None]
@@ -116,7 +118,7 @@ class Window:
         letters.ItalicOff()
         shape.GetTubeProperty().SetColor(0.6, 0.6, 0.6)
         shape.GetSliderProperty().SetColor(0.0, 0.45, 0.70)
-        words = self.control.scene.words
+        words = self.control.picture.words
         assert words is not None
         widget = vtkSliderWidget()
         widget.SetInteractor(self.interactor)
@@ -146,6 +148,12 @@ class Window:
             if slider is not None:
                 slider.GetRepresentation().SetTitleText(text)
 
+    def _resized(self, window: Any, event: str) -> None:
+        del event
+        size = tuple(window.GetSize())
+        if min(size) > 0 and size != self.control.picture.size:
+            self.control.resize((size[0], size[1]))
+
     def _press(self, interactor: Any, event: str) -> None:
         del event
         self._pressed = interactor.GetEventPosition()
@@ -158,4 +166,4 @@ class Window:
 
     def show(self) -> None:
         """Open the window and stay until it is closed."""
-        self.control.scene.plotter.show(title="clbrdf")
+        self.control.picture.plotter.show(title="clbrdf")

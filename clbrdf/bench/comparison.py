@@ -25,8 +25,8 @@ from clbrdf.optimizers import OPTIMIZERS, minimise
 from clbrdf.optimizers.device_objective import DeviceObjective
 from clbrdf.optimizers.gap import relative_gap, target_value
 from clbrdf.optimizers.objective import NumpyObjective, Values
-from clbrdf.optimizers.processes import run_jobs
 from clbrdf.optimizers.separable import SeparableObjective
+from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
@@ -129,7 +129,7 @@ Job = tuple[str, Problem, str, float, int, int, str]
 
 
 def run_optimizers(
-    tasks: Sequence[Task], rules: Rules, processes: int = 1, report: Report = silent
+    tasks: Sequence[Task], rules: Rules, executor: Executor | None = None, report: Report = silent
 ) -> list[Run]:
     """Return a run of each optimizer on each wavelength from each seed."""
     jobs: list[Job] = []
@@ -145,7 +145,7 @@ def run_optimizers(
                     for seed in range(seeds)
                 ]
     order = {name: k for k, name in enumerate(rules.optimizers)}
-    runs = run_jobs(_run, jobs, processes, report)
+    runs = run_jobs(executor or Serial(), _run, jobs, len(jobs), report)
     return sorted(runs, key=lambda run: order[run.contender])
 
 
@@ -186,9 +186,9 @@ def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
     """Return what one fit of a problem comes to, a run for each wavelength."""
     result = _fit(task.problem, method, device, seed)
     gaps = relative_gap(result.objective, task.reference)
-    seconds = result.seconds / len(gaps)
+    seconds = result.search.seconds / len(gaps)
     runs = []
-    for wavelength, gap, spent in zip(result.wavelength, gaps, result.evaluations, strict=True):
+    for wavelength, gap, spent in zip(result.wavelength, gaps, result.search.evaluations, strict=True):
         reached = [gap <= target for target in TARGETS]
         runs.append(
             Run(
@@ -231,7 +231,7 @@ def distinct_methods(
     """Return the methods without `auto` where that is one of the others on every problem."""
     if "auto" not in methods or len(methods) == 1:
         return tuple(methods)
-    taken = {_fit(task.problem, "auto", device).method for task in tasks}
+    taken = {_fit(task.problem, "auto", device).setup.method for task in tasks}
     if len(taken) == 1 and taken <= set(methods) - {"auto"}:
         return tuple(method for method in methods if method != "auto")
     return tuple(methods)

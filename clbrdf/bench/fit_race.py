@@ -9,7 +9,6 @@ between ours, so that a machine that slows down slows both.
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -29,6 +28,7 @@ from clbrdf.objective import weight_matrix
 from clbrdf.opencl.device import Device
 from clbrdf.optimizers import minimise
 from clbrdf.optimizers.objective import NumpyObjective
+from clbrdf.parallel.children import follow_parent, run_child
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
@@ -214,14 +214,7 @@ def fit_in_child(
         "model": model,
         "device": device.name,
     }
-    command = [
-        sys.executable,
-        "-P",
-        "-c",
-        "from clbrdf.bench.fit_race import child; child()",
-        json.dumps(task),
-    ]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    ended = run_child(["-c", "from clbrdf.bench.fit_race import child; child()", json.dumps(task)])
     if ended.returncode != 0:
         last = ended.stderr.strip().splitlines()[-1:] or ["no message"]
         raise DeviceError(f"the fit of {wavelengths} wavelengths by {method} failed: {last[0]}")
@@ -237,6 +230,7 @@ def child() -> None:
     from clbrdf.fit import fit
     from clbrdf.opencl.device import choose_device
 
+    follow_parent()
     task: dict[str, Any] = json.loads(sys.argv[1])
     device, method = choose_device(task["device"]), task["method"]
     model = get_model(task["model"])

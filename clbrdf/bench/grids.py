@@ -7,7 +7,6 @@ Interleaved, with medians; what syncs the file to the disk at the end is the dis
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from clbrdf.opencl.device import Device, open_queue
 from clbrdf.opencl.precision import PRECISIONS, get_precision
 from clbrdf.opencl.program import Variant, build
 from clbrdf.opencl.values import feature_rows, features_in_parts, upload_features, upload_parameters
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.progress import Report, silent
 from clbrdf.scene.scenefile import Scene
 from clbrdf.scene.simulate import Setting, set_up, values_of
@@ -118,8 +118,8 @@ def curve_of(setting: Setting) -> np.ndarray:
 def measure_grids(device: Device, report: Report = silent) -> list[GridRun]:
     """Measure both grids in every precision that the device has."""
     able = [name for name, p in PRECISIONS.items() if p.dtype is np.float32 or device.has_double]
-    with tempfile.TemporaryDirectory() as folder:
-        whole = _hemisphere(device, able, Path(folder), _part(report, 0, 2))
+    with scratch_folder() as folder:
+        whole = _hemisphere(device, able, folder, _part(report, 0, 2))
     return [*_memory(device, [n for n in ("single", "double") if n in able], _part(report, 1, 2)), *whole]
 
 

@@ -26,7 +26,7 @@ from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
 from clbrdf.optimizers.objective import NumpyObjective
-from clbrdf.optimizers.processes import run_jobs
+from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
@@ -57,7 +57,7 @@ def find_references(
     problems: Sequence[BenchProblem],
     *,
     effort: float = LONG,
-    processes: int = 1,
+    executor: Executor | None = None,
     report: Report = silent,
 ) -> dict[str, Any]:
     """Search the optima of some problems in two independent ways; return them as they are kept.
@@ -69,7 +69,7 @@ def find_references(
     """
     whole = [problem_of(problem.scan, problem.model, problem.fix) for problem in problems]
     jobs = [(p, w, effort) for p in whole for w in range(p.size[0])]
-    pairs = iter(run_jobs(_search, jobs, processes, report))
+    pairs = iter(run_jobs(executor or Serial(), _search, jobs, len(jobs), report))
     kept = {}
     for problem, p in zip(problems, whole, strict=True):
         found = [next(pairs) for _ in range(p.size[0])]

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,6 +22,8 @@ from clbrdf.opencl.device import Device, open_queue
 from clbrdf.opencl.lanes import Lanes, lanes_of
 from clbrdf.opencl.precision import PRECISIONS, Precision, get_precision
 from clbrdf.opencl.program import Variant, build
+from clbrdf.parallel.children import follow_parent, run_child
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
@@ -154,29 +153,23 @@ class Start:
 
 def measure_start() -> Start:
     """Measure in fresh processes with caches of their own."""
-    with tempfile.TemporaryDirectory() as folder:
-        rows = [_start_in_child(Path(folder)) for _ in range(2)]
+    with scratch_folder() as folder:
+        rows = [_start_in_child(folder) for _ in range(2)]
     return Start(rows[0]["first"], rows[1]["first"], rows[1]["launch"])
 
 
 def _start_in_child(folder: Path) -> dict[str, float]:
-    import os
-
     caches = {"POCL_CACHE_DIR": str(folder / "pocl"), "XDG_CACHE_HOME": str(folder / "xdg")}
     (folder / "pocl").mkdir(exist_ok=True)
-    ended = subprocess.run(
-        [sys.executable, "-P", "-c", "from clbrdf.bench.throughput import child; child()"],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, **caches},
-    )
+    ended = run_child(["-c", "from clbrdf.bench.throughput import child; child()"], environment=caches)
+    ended.check_returncode()
     row: dict[str, float] = json.loads(ended.stdout)
     return row
 
 
 def child() -> None:
     """Print the seconds to the first values of the model, and the median of one-value evaluations."""
+    follow_parent()
     from clbrdf.bench.workload import median_seconds
     from clbrdf.opencl.device import choose_device
 

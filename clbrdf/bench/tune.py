@@ -18,6 +18,7 @@ from clbrdf.errors import DeviceError
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.opencl.lanes import Lanes, keep_answers
 from clbrdf.opencl.precision import get_precision
+from clbrdf.parallel.children import follow_parent, run_child
 from clbrdf.progress import Report, silent
 
 WIDTHS = {"float32": (4, 8, 16), "float64": (2, 4, 8)}
@@ -69,13 +70,7 @@ def try_width(device: Device, kind: str, width: int, seconds: float = SECONDS) -
     """Build and time one width with every unrolling in a child process."""
     job = json.dumps({"device": asdict(device), "dtype": kind, "width": width})
     try:
-        ended = subprocess.run(
-            [sys.executable, "-m", "clbrdf.bench.tune", job],
-            capture_output=True,
-            text=True,
-            timeout=seconds,
-            check=False,
-        )
+        ended = run_child(["-m", "clbrdf.bench.tune", job], timeout=seconds)
         output, code = ended.stdout, ended.returncode
         failure = "" if code == 0 else f"crashed ({_cause(code)})"
     except subprocess.TimeoutExpired as expired:
@@ -106,4 +101,5 @@ def child(job: str) -> None:
 
 
 if __name__ == "__main__":
+    follow_parent()
     child(sys.argv[1])

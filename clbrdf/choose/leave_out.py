@@ -68,5 +68,5 @@ def leave_out(scan: Scan, weights: Array, groups: AngleGroups, fitter: Fitter) -
             mean = count * square.sum(axis=0) / used[here].sum(axis=0)
         score[k] = np.where(np.isfinite(mean), mean, np.inf)
         score[k, used[here].sum(axis=0) == 0] = np.nan
-        seconds[k] = fit.seconds
+        seconds[k] = fit.search.seconds
     return LeftOut(score, 1e3 * seconds / len(scan.wavelength))

@@ -12,15 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.choose.angles import AngleGroups
+from clbrdf.fit.lines import view_lines
 from clbrdf.geometry import sin2_gamma, trigonometry
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
-
-SAME_LINE = 0.05
-"""Degrees: azimuths nearer than this lie on one line of view angles."""
-
-FEWEST_ON_A_LINE = 3
 
 NEAR_MIRROR = 10.0
 """Degrees from the mirror direction within which words speak of it."""
@@ -78,7 +74,7 @@ def lag_one_correlation(scan: Scan, scaled: Array) -> float:
     with np.errstate(invalid="ignore", divide="ignore"):
         unit = scaled / np.sqrt(np.nanmean(scaled**2, axis=0))
     product, square, pairs, values = 0.0, 0.0, 0, 0
-    for line in _lines(scan):
+    for line in view_lines(scan.directions):
         z = unit[line]
         both = z[1:] * z[:-1]
         product += float(np.nansum(both))
@@ -86,18 +82,6 @@ def lag_one_correlation(scan: Scan, scaled: Array) -> float:
         square += float(np.nansum(z**2))
         values += int(np.count_nonzero(np.isfinite(z)))
     return (product / pairs) / (square / values) if pairs and square > 0.0 else float("nan")
-
-
-def _lines(scan: Scan) -> list[npt.NDArray[np.intp]]:
-    """Places of the directions of each plane of view, in the order of the signed θr."""
-    turned = scan.phi % 180.0
-    turned = np.where(180.0 - turned < SAME_LINE / 2.0, 0.0, turned)
-    signed = np.where(np.abs(scan.phi - turned) < SAME_LINE, -scan.theta_r, scan.theta_r)
-    key = np.stack([scan.theta_i, scan.phi_i, np.round(turned / SAME_LINE)], axis=1)
-    _, line = np.unique(np.round(key, 6), axis=0, return_inverse=True)
-    order = np.lexsort((signed, line.ravel()))
-    parts = np.split(order, np.flatnonzero(np.diff(line.ravel()[order])) + 1)
-    return [part for part in parts if len(part) >= FEWEST_ON_A_LINE]
 
 
 def mean_residuals(scan: Scan, weights: Array, model_values: Array, groups: AngleGroups) -> Array:

@@ -201,7 +201,10 @@ class Choice:
             entry = hdf5.find_entry(file, path)
             if storage.GROUP not in entry:
                 raise InputError(f"{path}: holds a fit and no ranking of models; 'clbrdf choose' makes one")
-            return storage.read(cls, Ranked, fit, entry[storage.GROUP])
+            try:
+                return storage.read(cls, Ranked, fit, entry[storage.GROUP])
+            except InputError as error:
+                raise InputError(f"{path}: {error}") from error
 
     @classmethod
     def is_in(cls, path: str | Path) -> bool:

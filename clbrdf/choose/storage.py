@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clbrdf.choose.candidates import Skipped
+from clbrdf.errors import InputError, shortened
 from clbrdf.fit.result import Fit
 from clbrdf.models import get_model
-from clbrdf.storage import hdf5
+from clbrdf.storage import hdf5, units
+from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_attribute
 
 if TYPE_CHECKING:
     import h5py
@@ -32,6 +34,18 @@ NUMBERS = {
     "reflectance": "largest directional-hemispherical reflectance",
 }
 """Of a model: numbers without a unit that go to the file under their own names, (M,)."""
+
+SCHEMA = (
+    Item("theta_i", ("A",), units.ANGLE),
+    Item("places", ("W",), kind="whole"),
+    Item("free", ("M",), kind="whole"),
+    Item("within", ("M",), kind="truth"),
+    *(Item(name, ("M",), units.COUNTLESS) for name in NUMBERS),
+    Item("cut", ("M",), units.ANGLE),
+    Item("score", ("M", "A", "W"), units.COUNTLESS),
+    Item("mean_residual", ("M", "A"), units.COUNTLESS),
+)
+"""Arrays of M models, A incident angles, W wavelengths of the ranking."""
 
 
 def write(choice: Choice, group: h5py.Group) -> None:
@@ -64,36 +78,56 @@ def write(choice: Choice, group: h5py.Group) -> None:
 
 
 def read(choice: Callable[..., Choice], ranked: Callable[..., Any], fit: Fit, group: h5py.Group) -> Choice:
-    """Read what `write` wrote, as records of the types given."""
+    """Read what `write` wrote, as records of the types given.
+
+    Raises
+    ------
+    InputError
+        Arrays that do not belong together, or of another type or unit.
+    KeyError
+        Something is missing.
+    """
+    models = read_texts(group, "models")
+    if not models:
+        raise InputError(f"{group.name}/models is empty; the file is damaged, make it again")
+    arrays = read_items(group, SCHEMA, {"M": len(models)})
+    places = arrays["places"]
+    count, lengths = len(fit.wavelength), {"W": len(places)}
+    if len(places) == 0 or places.min() < 0 or places.max() >= count:
+        raise InputError(f"{group.name}/places holds wavelengths that the scan of {count} does not have")
     ranking = []
-    for k, model in enumerate(_texts(group, "models")):
+    for k, model in enumerate(models):
         fitted = group[f"parameters_{model.replace('/', '_')}"]
+        check_group(fitted)
+        items = [
+            Item(name, ("W",), units.same_as(text_attribute(fitted[name], "units")))
+            for name in (clean(each) for each in fitted)
+        ]
         ranking.append(
             ranked(
                 model=model,
-                free=int(group["free"][k]),
-                within=bool(group["within"][k]),
-                cut=float(group["cut"][k]),
-                score=group["score"][k],
-                mean_residual=group["mean_residual"][k],
-                parameters={name: fitted[name][()] for name in fitted},
-                **{name: float(group[name][k]) for name in NUMBERS},
+                free=int(arrays["free"][k]),
+                within=bool(arrays["within"][k]),
+                cut=float(arrays["cut"][k]),
+                score=arrays["score"][k],
+                mean_residual=arrays["mean_residual"][k],
+                parameters=read_items(fitted, items, lengths),
+                **{name: float(arrays[name][k]) for name in NUMBERS},
             )
         )
-    reasons = _texts(group, "skipped_because")
+    skipped = read_texts(group, "skipped")
+    reasons = read_texts(group, "skipped_because", len(skipped))
+    chosen = hdf5.read_text(group, "chosen")
+    if chosen not in models:
+        raise InputError(f"{group.name}/chosen is {shortened(repr(chosen))}, which is not in the ranking")
     return choice(
         ranking=tuple(ranking),
         fit=fit,
-        theta_i=group["theta_i"][()],
-        places=group["places"][()].astype(np.intp),
-        skipped=tuple(Skipped(*pair) for pair in zip(_texts(group, "skipped"), reasons, strict=True)),
-        misfit=_texts(group, "misfit"),
-        thin=_texts(group, "thin"),
-        **{name: hdf5.read_text(group, name) for name in ("chosen", "verdict", "weights")},
+        theta_i=arrays["theta_i"],
+        places=places.astype(np.intp),
+        skipped=tuple(Skipped(*pair) for pair in zip(skipped, reasons, strict=True)),
+        misfit=read_texts(group, "misfit"),
+        thin=read_texts(group, "thin"),
+        chosen=chosen,
+        **{name: hdf5.read_text(group, name) for name in ("verdict", "weights")},
     )
-
-
-def _texts(group: h5py.Group, name: str) -> tuple[str, ...]:
-    """Read a list of strings; an empty one has no type of its own."""
-    values = group[name][()]
-    return tuple(text.decode() for text in values) if values.dtype == object else ()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 
 from cyclopts import App, CycloptsError
 
 from clbrdf import __version__
-from clbrdf.errors import ClbrdfError
+from clbrdf.errors import LONGEST, ClbrdfError, shortened
 
 COMMANDS = {
     "demo": "run the main job end to end",
@@ -18,6 +19,7 @@ COMMANDS = {
     "info": "show what is in a scan or fit, or follow a running measurement",
     "fit": "fit the model at every wavelength",
     "choose": "compare models and say which describes a scan",
+    "batch": "fit many scans on all cores, or on a cluster",
     "models": "list the models, or show the page of one",
     "view": "show lobes in a window, a file or a browser",
     "report": "write a fit as one page",
@@ -39,6 +41,16 @@ USAGE_ERROR = 2
 INTERRUPTED = 130
 
 
+def mend_streams() -> None:
+    """Give closed standard streams an empty end; let those of few letters replace what they lack."""
+    for name in ("stdin", "stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, TextIOWrapper) and name != "stdin":
+            stream.reconfigure(errors="replace")
+
+
 def make_app(chosen: str = "") -> App:
     """Return the command-line application; only the command chosen is loaded, and gives its own help."""
     app = App(
@@ -57,13 +69,14 @@ def make_app(chosen: str = "") -> App:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
     words = list(sys.argv[1:] if argv is None else argv)
+    mend_streams()
     try:
         status = make_app(*words[:1])(
             words, exit_on_error=False, print_error=False, result_action="return_value"
         )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
-        text = " ".join(str(error).split())
+        text = shortened(" ".join(str(error).split()), LONGEST)
         print(f"clbrdf: {text}", file=sys.stderr)
         return USAGE_ERROR
     except KeyboardInterrupt:

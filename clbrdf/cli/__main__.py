@@ -2,6 +2,6 @@
 
 import sys
 
-from clbrdf.cli import main
+from clbrdf_start import main
 
 sys.exit(main())

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from clbrdf.cli.console import print_table
 from clbrdf.cli.options import JsonFile, Overwrite
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import exit_status
 from clbrdf.rig.align import Alignment, align
 from clbrdf.rig.connection import nobody
 from clbrdf.rig.errors import InstrumentError, StoppedError
@@ -25,8 +26,6 @@ from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.stagesettings import AXES
 from clbrdf.rig.terminal import make_ask
 from clbrdf.storage.files import check_output, whole_text
-
-INTERRUPTED = 130
 
 Numbers = Annotated[list[float], Parameter(consume_multiple=True, negative_iterable="")]
 Words = Annotated[list[str], Parameter(consume_multiple=True, negative_iterable="")]
@@ -70,7 +69,7 @@ def command(
             content = _with_instruments(settings, lambda: stop.check(), lamp, reach, step, lines)
         except StoppedError:
             print("clbrdf: stopped; nothing was changed", file=sys.stderr)
-            return INTERRUPTED
+            return exit_status(stop.number)
     if json is not None:
         whole_text(json, content, overwrite)
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,7 +11,9 @@ from cyclopts import Parameter
 from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
+from clbrdf.cli.bench_batch import bench_batch
 from clbrdf.cli.bench_choice import bench_choice
+from clbrdf.cli.bench_coverage import bench_coverage
 from clbrdf.cli.bench_fit import bench_fit
 from clbrdf.cli.bench_grids import bench_grids
 from clbrdf.cli.bench_models import bench_models_fit, bench_models_throughput, listed_models
@@ -23,11 +24,13 @@ from clbrdf.cli.bench_optimizers import (
     check_unused,
 )
 from clbrdf.cli.bench_planner import bench_planner
+from clbrdf.cli.bench_scaling import bench_scaling
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL
 from clbrdf.opencl.device import Device, choose_device
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.scan import Scan
 from clbrdf.scans import sample_scan
 from clbrdf.storage.files import check_apart, check_output, whole_text
@@ -37,7 +40,19 @@ FIT_WAVELENGTHS = 16
 
 
 def command(
-    what: Literal["throughput", "accuracy", "grids", "optimizers", "fit", "references", "choice", "planner"],
+    what: Literal[
+        "throughput",
+        "accuracy",
+        "grids",
+        "optimizers",
+        "fit",
+        "scaling",
+        "references",
+        "choice",
+        "planner",
+        "coverage",
+        "batch",
+    ],
     /,
     *,
     model: Annotated[
@@ -46,8 +61,9 @@ def command(
     ] = None,
     device: DeviceName = None,
     json: JsonFile = None,
-    png: Annotated[Path | None, Parameter(help="accuracy, optimizers: also draw the tables")] = None,
+    png: Annotated[Path | None, Parameter(help="accuracy, scaling, optimizers: also draw the tables")] = None,
     overwrite: Overwrite = False,
+    scans: Annotated[int | None, Parameter(help="batch: how many scans")] = None,
     options: Annotated[OptimizerOptions | None, Parameter(name="*")] = None,
 ) -> None:
     """Measure on this machine, now, in one run.
@@ -60,23 +76,31 @@ def command(
         grids: model values on grids of directions × wavelengths, scenes in memory and to a file;
         optimizers: nlopt, SciPy and our methods on a problem set, some minutes on two cores;
         fit: time and memory of whole fits of up to 2048 wavelengths beside peers, some minutes;
+        scaling: time and memory of fits over directions and wavelengths, some minutes;
         references: the reference optima of that set, searched again;
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light; --seeds
+        simulated light; --seeds;
+        batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths;
+        coverage: how often 1σ of each parameter holds the truth, on made scans with common errors; --seeds
+        says how many
     """
     for output in (json, png):
         if output is not None:
             check_output(output, overwrite)
     check_apart([json, png], options.scan if options else [])
-    if png is not None and what not in ("accuracy", "optimizers"):
-        raise InputError(f"--png: bench {what} draws no figure; bench accuracy and bench optimizers do")
+    if png is not None and what not in ("accuracy", "scaling", "optimizers"):
+        raise InputError(f"--png: bench {what} draws no figure; bench accuracy, scaling and optimizers do")
     if what == "fit" and options is not None:
         check_unused(replace(options, full=False), what)
-    elif what in ("choice", "planner") and options is not None:
+    elif what in ("choice", "planner", "coverage") and options is not None:
         check_unused(replace(options, seeds=None), what)
+    elif what == "batch" and options is not None:
+        check_unused(replace(options, wavelengths=None), what)
     elif what != "optimizers":
         check_unused(options, what)
+    if scans is not None and what != "batch":
+        raise InputError(f"--scans: bench {what} does not take it; it belongs to bench batch")
     if model is not None and what not in ("throughput", "fit", "optimizers"):
         raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
@@ -97,10 +121,16 @@ def command(
         content = bench_grids(chosen)
     elif what == "fit":
         content = bench_fit(chosen, bool(options and options.full), model or DEFAULT_MODEL)
+    elif what == "scaling":
+        content = bench_scaling(chosen, png, overwrite)
     elif what == "choice":
         content = bench_choice(chosen, options.seeds if options else None)
+    elif what == "coverage":
+        content = bench_coverage(chosen, options.seeds if options else None)
     elif what == "planner":
         content = bench_planner(options.seeds if options else None)
+    elif what == "batch":
+        content = bench_batch(scans, options.wavelengths if options else None)
     else:
         content = bench_references()
     if json is not None:
@@ -108,8 +138,8 @@ def command(
 
 
 def _throughput(device: Device) -> dict[str, object]:
-    with tempfile.TemporaryDirectory() as folder, progress_bar("rounds") as report:
-        rows = race(contenders_on(device, Path(folder)), report=report)
+    with scratch_folder() as folder, progress_bar("rounds") as report:
+        rows = race(contenders_on(device, folder), report=report)
     start = measure_start()
     print(f"{device}, {device.compute_units} units\n")
     for group in ("fp32", "fp64"):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +13,7 @@ from clbrdf.bench.throughput import Contender, model_contenders, race
 from clbrdf.cli.console import print_table, progress_bar, stdout_console
 from clbrdf.models import get_model, model_names
 from clbrdf.opencl.device import Device
+from clbrdf.parallel.ending import scratch_folder
 
 SUMS = (
     "ggx+lambert",
@@ -44,9 +43,9 @@ def listed_models(text: str) -> tuple[str, ...]:
 def bench_models_throughput(names: tuple[str, ...], device: Device) -> dict[str, Any]:
     """Time E of each model beside the same formula in C, interleaved; print a table, return the numbers."""
     rows, kept = [], []
-    with tempfile.TemporaryDirectory() as folder, progress_bar("models") as report:
+    with scratch_folder() as folder, progress_bar("models") as report:
         for done, name in enumerate(names):
-            timed = race(model_contenders(name, device, Path(folder)))
+            timed = race(model_contenders(name, device, folder))
             rows.append([name, *_throughput_words(timed, "fp32"), *_throughput_words(timed, "fp64")])
             kept += [{"name": c.name, "group": c.group, "rate": c.rate, "ratio": None} for c in timed]
             report(done + 1, len(names))

@@ -32,7 +32,8 @@ from clbrdf.fit import METHODS
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.opencl.device import Device
 from clbrdf.optimizers import OPTIMIZERS
-from clbrdf.optimizers.processes import usable_cores
+from clbrdf.parallel.executor import usable_cores
+from clbrdf.parallel.processes import pool
 from clbrdf.scan import Scan
 from clbrdf.viz.curves import save_figure
 
@@ -86,8 +87,8 @@ def check_unused(options: OptimizerOptions | None, what: str) -> None:
 
 def bench_references() -> dict[str, Any]:
     """Search the reference optima of the problem set again; print and return them."""
-    with progress_bar("reference optima") as report:
-        content = find_references(problem_set(), processes=usable_cores(), report=report)
+    with progress_bar("reference optima") as report, pool(usable_cores()) as executor:
+        content = find_references(problem_set(), executor=executor, report=report)
     rows = [
         [name, f"{wavelength:g}", number(E, 10), f"{abs(first - second) / max(E, 1e-300):.1e}"]
         for name, kept in content["problems"].items()
@@ -123,8 +124,8 @@ def bench_optimizers(
     if options.optimizers is None:
         able = able_methods(tasks, rules.methods)
         rules = replace(rules, methods=distinct_methods(tasks, device, able))
-    with progress_bar("optimizers") as report:
-        runs = run_optimizers(tasks, rules, usable_cores(), report)
+    with progress_bar("optimizers") as report, pool(usable_cores()) as executor:
+        runs = run_optimizers(tasks, rules, executor, report)
     with progress_bar("methods of clbrdf") as report:
         runs += run_methods(tasks, rules, device, report)
     table = [costs_of(runs, name) for name in dict.fromkeys(run.contender for run in runs)]
@@ -186,8 +187,9 @@ def _tasks(options: OptimizerOptions, wavelengths: int, model: str) -> list[Task
         part = scan.columns(_spread(usable, wavelengths))
         scans.append(BenchProblem(name, "a scan of yours", part, model, fixed))
     if scans:
-        with progress_bar("reference optima of your scans") as report:
-            found = find_references(scans, effort=SCAN_EFFORT, processes=usable_cores(), report=report)
+        bar = progress_bar("reference optima of your scans")
+        with bar as report, pool(usable_cores()) as executor:
+            found = find_references(scans, effort=SCAN_EFFORT, executor=executor, report=report)
         tasks += [Task(scan, np.array(found["problems"][scan.name]["objective"])) for scan in scans]
     if not tasks:
         raise InputError("--problems none leaves nothing to run; add --scan FILE")

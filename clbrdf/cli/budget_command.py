@@ -9,12 +9,22 @@ import numpy as np
 from clbrdf.cli.console import number, print_table
 from clbrdf.cli.options import JsonFile, Overwrite
 from clbrdf.errors import InputError
-from clbrdf.rig.budget import GROUPS, Budget, group_percent, kind_percent, load_budget, total_percent
-from clbrdf.rig.calibrate import Calibrated, calibrate
+from clbrdf.rig.budget import (
+    GROUPS,
+    KINDS,
+    Budget,
+    group_percent,
+    kind_percent,
+    load_budget,
+    total_percent,
+)
+from clbrdf.rig.calibrate import calibrate
 from clbrdf.rig.rawscan import read_raw
+from clbrdf.scan import Scan
+from clbrdf.scan.component import root_sum
 from clbrdf.storage.files import check_output, whole_text
 
-KIND_WORDS = {"scale": "scale", "point": "by point"}
+KIND_WORDS = {"scale": "scale", "incident angle": "by incident angle", "run": "by run", "point": "by point"}
 
 
 def command(
@@ -26,7 +36,8 @@ def command(
 ) -> None:
     """Print the error budget, equations (3) to (7); with a raw scan also the uncertainty of its points.
 
-    "scale" shifts all points alike (correlated), "by point" differs from point to point.
+    "scale" shifts all points alike, "by incident angle" those of one incident angle, "by run" those that
+    share a reading of the direct beam or the panel; "by point" differs from point to point.
 
     Parameters
     ----------
@@ -38,21 +49,20 @@ def command(
     if json is not None:
         check_output(json, overwrite)
     chosen = load_budget(budget)
-    calibrated = None if scan is None else _calibrated(scan, chosen)
+    measured = None if scan is None else _calibrated(scan, chosen)
     _print_budget(chosen, "the paper's values" if budget is None else str(budget))
     content: dict[str, object] = {
         "percent": {group: group_percent(chosen, group) for group in GROUPS},
-        "scale_percent": kind_percent(chosen, "scale"),
-        "point_percent": kind_percent(chosen, "point"),
+        **{f"{kind.replace(' ', '_')}_percent": kind_percent(chosen, kind) for kind in KINDS},
         "total_percent": total_percent(chosen),
     }
-    if scan is not None and calibrated is not None:
-        content["points"] = _print_points(calibrated, scan)
+    if scan is not None and measured is not None:
+        content["points"] = _print_points(measured, scan)
     if json is not None:
         whole_text(json, content, overwrite)
 
 
-def _calibrated(scan: Path, budget: Budget) -> Calibrated:
+def _calibrated(scan: Path, budget: Budget) -> Scan:
     try:
         return calibrate(read_raw(scan), budget)
     except InputError as error:
@@ -70,34 +80,34 @@ def _print_budget(budget: Budget, name: str) -> None:
             rows += [
                 [f"{group}: {s.name}", equation, KIND_WORDS[s.kind], f"{s.percent:.2f}"] for s in sources
             ]
-    rows.append(["scale part", "", "scale", f"{kind_percent(budget, 'scale'):.2f}"])
-    rows.append(["part by point", "", "by point", f"{kind_percent(budget, 'point'):.2f}"])
+    parts = {kind: kind_percent(budget, kind) for kind in KINDS}
+    rows += [
+        [f"part {KIND_WORDS[kind]}", "", "", f"{part:.2f}"] for kind, part in parts.items() if part > 0.0
+    ]
     rows.append(["total", "(3), (7)", "", f"{total_percent(budget):.2f}"])
     columns = ("source", "equation", "kind", "uncertainty (%)")
     print_table(f"error budget of the BRDF, {name}", columns, rows, left=3)
 
 
-def _print_points(calibrated: Calibrated, path: Path) -> dict[str, object]:
-    scan = calibrated.scan
+def _print_points(scan: Scan, path: Path) -> dict[str, object]:
     value = np.where(scan.mask, np.nan, scan.brdf)
-    parts = {
-        **calibrated.parts,
-        "scale part": calibrated.combined("scale"),
-        "part by point": calibrated.combined("point"),
-        "total": scan.sigma,
-    }
+    parts = {one.name: np.abs(one.absolute(scan.brdf)) for one in scan.components}
+    kinds = {one.name: one.words() for one in scan.components}
+    if scan.random_sigma is not None:
+        parts["part by point"] = scan.random_sigma
+    parts["common part"] = root_sum(scan.common_components, scan.brdf)
+    assert scan.sigma is not None
+    parts["total"] = scan.sigma
     rows: list[list[str]] = []
     content: dict[str, object] = {}
     for name, part in parts.items():
-        assert part is not None
         absolute = np.where(scan.mask, np.nan, part)
         percent = 100.0 * np.abs(absolute / value)
         figures = (np.nanmedian(percent), np.nanmax(percent), np.nanmedian(absolute), np.nanmax(absolute))
-        kind = KIND_WORDS.get(calibrated.kinds.get(name, ""), "")
-        rows.append([name, kind, *(number(float(f), 3) for f in figures)])
+        rows.append([name, kinds.get(name, ""), *(number(float(f), 3) for f in figures)])
         content[name] = dict(
             zip(("median_percent", "largest_percent", "median", "largest"), map(float, figures), strict=True)
         )
-    columns = ("source", "kind", "median (%)", "largest (%)", "median (1/sr)", "largest (1/sr)")
+    columns = ("source", "errors in common", "median (%)", "largest (%)", "median (1/sr)", "largest (1/sr)")
     print_table(f"uncertainty of the {value.size} values of {path}", columns, rows, left=2)
     return content

@@ -48,11 +48,10 @@ def command(
         raw = _with_grid(raw, wavelength)
     chosen = load_budget(budget)
     try:
-        calibrated = calibrate(raw, chosen)
+        result = calibrate(raw, chosen)
     except InputError as error:
         raise InputError(f"{scan}: {error}") from error
-    save_calibrated(target, raw, calibrated, chosen, overwrite)
-    result = calibrated.scan
+    save_calibrated(target, raw, result, chosen, overwrite)
     assert result.sigma is not None
     relative = np.abs(result.sigma / np.where(result.mask, np.nan, result.brdf))
     rows = [

@@ -11,7 +11,8 @@ from clbrdf.cli.console import number, print_table, progress_bar, stdout_console
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.optimizers.check import WAVELENGTHS, Verdict, check_fit, sample_places, tolerance_of
-from clbrdf.optimizers.processes import usable_cores
+from clbrdf.parallel.executor import usable_cores
+from clbrdf.parallel.processes import pool
 
 NO_CHECK = 0
 """How many wavelengths are checked where no check is asked for."""
@@ -41,8 +42,9 @@ def run_check(fit: Fit, count: int | None) -> tuple[Verdict, ...]:
     if count == NO_CHECK:
         return ()
     places = sample_places(fit, count)
-    with progress_bar(f"checking {len(places)} wavelengths") as report:
-        verdicts = check_fit(fit, places, processes=usable_cores(), report=report)
+    bar = progress_bar(f"checking {len(places)} wavelengths")
+    with bar as report, pool(min(usable_cores(), len(places))) as executor:
+        verdicts = check_fit(fit, places, executor=executor, report=report)
     print_check(verdicts, len(fit.wavelength), tolerance_of(fit))
     return verdicts
 

@@ -21,7 +21,6 @@ from clbrdf.cli.options import (
     fix_words,
     fixed_map,
 )
-from clbrdf.cli.provenance import made_by
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
 from clbrdf.fit.weights_file import read_weights
@@ -29,6 +28,7 @@ from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
+from clbrdf.storage.provenance import choose_options, made_by
 
 
 def command(
@@ -104,19 +104,18 @@ def command(
             device=chosen_device,
             report=progress,
         )
-    options: dict[str, object] = {
-        "models": models,
-        "weights": weights,
-        "fix": fix_words(fixed),
-        "wavelengths": wavelengths,
-    }
-    options |= {"method": method, "seed": seed, "force": "yes" if force else None}
+    options = choose_options(
+        models=models,
+        weights=weights,
+        fix=fix_words(fixed),
+        wavelengths=wavelengths,
+        method=method,
+        seed=seed,
+        force=force,
+    )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
-    told = {
-        **hashes,
-        **choice.fit.provenance,
-        "weights": choice.weights if weights in (None, *WEIGHTS) else weights,
-    }
+    said = choice.weights if weights in (None, *WEIGHTS) else weights
+    told = {**hashes, **choice.fit.provenance, "weights": said}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))
     choice.save(target, overwrite)
     print_choice(str(target), choice)

@@ -20,10 +20,10 @@ def command(
 ) -> None:
     """Measure yellow tin foil on an emulated rig, fit every wavelength; leave all of it in a folder."""
     with progress_bar("tin foil") as report:
-        result, stages, missing = demo(output, overwrite, report)
+        result, steps, missing = demo(output, overwrite, report)
     print_fit(f"{result.scan.sample}", result)
-    rows = [[s.name, s.files, f"{s.seconds:.1f}"] for s in stages]
-    rows.append(["all", "", f"{sum(s.seconds for s in stages):.1f}"])
+    rows = [[s.name, s.files, f"{s.seconds:.1f}"] for s in steps]
+    rows.append(["all", "", f"{sum(s.seconds for s in steps):.1f}"])
     print_table(f"in {output}", ("stage", "files", "seconds"), rows, left=2)
     for line in missing:
         print(line)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,17 +23,20 @@ from clbrdf.cli.options import (
     name_list,
     pair_map,
 )
-from clbrdf.cli.provenance import made_by
 from clbrdf.cli.summary import print_fit
+from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit.remarks import Remark
 from clbrdf.fit.weights_file import read_weights
+from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.check import TIED, tolerance_of
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
+from clbrdf.storage.provenance import fit_options, made_by
 
 
 def command(
@@ -51,6 +54,8 @@ def command(
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
     rtol: float | None = None,
+    monte_carlo: int | None = None,
+    profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
@@ -91,6 +96,11 @@ def command(
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
+    monte_carlo
+        fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
+        of limits and curvature; every wavelength by itself
+    profile
+        find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
         annealing chains a wavelength (--method anneal and anneal-separable)
     levels
@@ -126,12 +136,25 @@ def command(
             shared=name_list(shared),
             smooth=smooth,
             rtol=rtol,
+            monte_carlo=monte_carlo,
+            profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
             report=report,
         )
-    options = {"method": method, "seed": seed, "weights": weights, "bounds": bounds, "model": model}
-    options |= {"fix": fix_words(fixed), "shared": shared or None, "smooth": smooth, "rtol": rtol}
+    options = fit_options(
+        method=method,
+        seed=seed,
+        weights=weights,
+        bounds=bounds,
+        model=model,
+        fix=fix_words(fixed),
+        shared=shared,
+        smooth=smooth,
+        rtol=rtol,
+        monte_carlo=monte_carlo,
+    )
+    options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
@@ -164,35 +187,49 @@ def _settings(method: str, chains: int | None, levels: int | None) -> Settings |
     )
 
 
+def remark_content(remark: Remark) -> dict[str, Any]:
+    """Return a remark as plain values for JSON, with its words."""
+    return {**asdict(remark), "words": remark_words(remark)}
+
+
 def fit_content(fit: Fit) -> dict[str, Any]:
     """Return a fit as plain values for JSON; NaN and infinite values become null there."""
     scan = fit.scan
     return {
         "sample": scan.sample,
         "model": fit.model.name,
-        "method": fit.method,
-        "seed": fit.seed,
+        "method": fit.setup.method,
+        "seed": fit.setup.seed,
         "given": list(fit.given),
         "shared": list(fit.shared),
-        "device": fit.device,
-        "seconds": fit.seconds,
+        "device": fit.search.device,
+        "seconds": fit.search.seconds,
         "provenance": dict(fit.provenance),
-        "bounds": dict(zip(fit.model.names, fit.bounds.tolist(), strict=True)),
+        "bounds": dict(zip(fit.model.names, fit.setup.bounds.tolist(), strict=True)),
         "incident_angles": scan.incident_angles.tolist(),
         "wavelength": scan.wavelength.tolist(),
         "parameters": {name: values.tolist() for name, values in fit.parameters.items()},
         "sigma": {name: values.tolist() for name, values in fit.sigma.items()},
+        "uncertainty": uncertainty_content(fit),
+        "intervals": {name: values.tolist() for name, values in fit.intervals.items()},
         "objective": fit.objective.tolist(),
         "relative_rms": fit.relative_rms.tolist(),
-        "relative_rms_by_incident_angle": fit.relative_rms_by_incident_angle.T.tolist(),
+        "relative_rms_by_incident_angle": fit.goodness.relative_rms_by_incident_angle.T.tolist(),
+        "degrees_of_freedom": fit.goodness.degrees.tolist(),
+        "chi2_reduced": fit.chi2_reduced.tolist(),
+        "scatter": fit.goodness.scatter.tolist(),
+        "lag_one_correlation": fit.goodness.lag_one.tolist(),
+        "lack_of_fit": fit.goodness.lack_of_fit.tolist(),
+        "misfit": fit.misfit.tolist(),
         "status": fit.status.tolist(),
+        "at_bound": fit.estimate.at_bound.tolist(),
         "correlation": fit.correlation.tolist(),
-        "condition": fit.condition.tolist(),
-        "remarks": list(fit.remarks),
-        "starts": fit.starts.tolist(),
-        "agreeing": fit.agreeing.tolist(),
-        "evaluations": fit.evaluations.tolist(),
-        "acceptance": fit.acceptance.tolist(),
-        "not_finite": fit.not_finite.tolist(),
+        "condition": fit.estimate.condition.tolist(),
+        "remarks": [[remark_content(remark) for remark in remarks] for remarks in fit.remarks],
+        "starts": fit.search.starts.tolist(),
+        "agreeing": fit.search.agreeing.tolist(),
+        "evaluations": fit.search.evaluations.tolist(),
+        "acceptance": fit.search.acceptance.tolist(),
+        "not_finite": fit.search.not_finite.tolist(),
         "masked": np.count_nonzero(scan.mask, axis=0).tolist(),
     }

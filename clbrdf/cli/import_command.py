@@ -9,14 +9,15 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from clbrdf.cli.options import Output, Overwrite
-from clbrdf.cli.provenance import made_by
+from clbrdf.cli.options import Output, Overwrite, column_map
 from clbrdf.cli.summary import print_scan, print_scans
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Options
 from clbrdf.formats.load import load
+from clbrdf.formats.stated import scale_map, share_of, with_stated
 from clbrdf.scan import save_scans
 from clbrdf.storage.files import check_apart, check_output
+from clbrdf.storage.provenance import made_by
 
 Unit = Literal["deg", "rad", "nm", "um"]
 Scale = Literal["1", "pi", "percent", "pi-percent"]
@@ -36,12 +37,16 @@ def command(
     origin: Literal["normal", "specular"] | None = None,
     swap: Literal["none", "polar", "zeniths"] | None = None,
     wavelength: float | None = None,
+    map_: Annotated[list[str], Parameter(name="--map", negative_iterable="")] = [],  # noqa: B006 (cyclopts)
+    scale_uncertainty: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
+    random_uncertainty: str | None = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Read measured BRDF from files of any known format into one scan file.
 
     Columns of a CSV file, in any order and case, units in the names: wavelength_nm, theta_i_deg, theta_r_deg,
-    dphi_deg (180 is forward), fr_per_sr; optional fr_std_per_sr, sample, flag.
+    dphi_deg (180 is forward), fr_per_sr; optional fr_std_per_sr, fr_std_common_per_sr (of an error that all
+    values share), sample, flag.
 
     The format is found by content ('clbrdf formats' lists them). Several files, one a wavelength or one an
     incident angle, are joined into one scan; several samples in a file become scans by name, as in
@@ -70,6 +75,13 @@ def command(
         exchange zenith and azimuth (polar) or incident and view direction (zeniths)
     wavelength
         nm, for a file of one band that names none
+    map_
+        column=name where a table calls a column otherwise, such as "Angle in=theta_i_deg"; as often as needed
+    scale_uncertainty
+        standard uncertainty of an error that all values have in common, such as 2% of the reference panel;
+        with names as in panel=2%, as often as needed
+    random_uncertainty
+        standard uncertainty of each value for itself, such as 0.5%
     """
     check_apart([output], files)
     target = check_output(output, overwrite)
@@ -83,13 +95,19 @@ def command(
         swap=swap,
         wavelength=wavelength,
     )
-    loaded = load(files, format_name=format_, sample=sample, options=options)
+    scales = scale_map(scale_uncertainty)
+    random = None if random_uncertainty is None else share_of(random_uncertainty, "--random-uncertainty")
+    loaded = load(files, format_name=format_, sample=sample, options=options, names=column_map(map_))
     given = {
         "format": format_, "sample": sample, "unit": list(unit or ()), "phi-forward": phi_forward,
         "cosine": cosine, "scale": scale, "origin": origin, "swap": swap, "wavelength": wavelength,
+        "map": list(map_), "scale-uncertainty": scale_uncertainty or None,
+        "random-uncertainty": random_uncertainty,
     }  # fmt: skip
     scans = {
-        name: replace(scan, provenance=made_by("import", files, given, scan.provenance))
+        name: replace(
+            with_stated(scan, scales, random), provenance=made_by("import", files, given, scan.provenance)
+        )
         for name, scan in loaded.scans.items()
     }
     if len(scans) == 1:

@@ -15,6 +15,7 @@ from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.live_view import live_view
 from clbrdf.cli.options import Overwrite
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import exit_status
 from clbrdf.progress import Report, silent
 from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
 from clbrdf.rig.budget import load_budget
@@ -29,7 +30,7 @@ from clbrdf.rig.route import Route, plan_route
 from clbrdf.rig.store import run_folder
 from clbrdf.rig.terminal import make_ask
 
-INTERRUPTED, DOUBTFUL = 130, 1
+DOUBTFUL = 1
 MANY = 0.1
 """Share of flagged values from which a scan is called doubtful."""
 
@@ -113,12 +114,12 @@ def command(
                 else "nothing was measured"
             )
             print(f"clbrdf: stopped; {where}", file=sys.stderr)
-            return INTERRUPTED
+            return exit_status(stop.number)
         except KeyboardInterrupt:
             print(
                 "clbrdf: stopped at once, stages and shutter made safe; go on with --resume", file=sys.stderr
             )
-            return INTERRUPTED
+            return exit_status(stop.number)
     _print_outcome(output, outcome)
     return _verdict(outcome)
 

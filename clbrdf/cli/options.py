@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from cyclopts import Parameter, Token
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
 from clbrdf.fit.spectrum_file import read_spectrum
+from clbrdf.grid import MOST_POINTS, spaced
 from clbrdf.scan import Scan
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"], help="file to write")]
@@ -28,8 +29,6 @@ def _whole(_type: object, tokens: Sequence[Token]) -> int:
 
 
 Seed = Annotated[int, Parameter(converter=_whole)]
-
-MOST_VALUES = 1_000_000
 
 
 def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
@@ -48,14 +47,16 @@ def number_list(name: str, text: str) -> npt.NDArray[np.float64]:
             numbers = []
         if len(numbers) == 1:
             values += numbers
-        elif len(numbers) == 3 and numbers[2] != 0.0 and (numbers[1] - numbers[0]) / numbers[2] >= 0.0:
-            start, stop, step = numbers
-            count = int(np.floor((stop - start) / step * (1.0 + 1e-12) + 1e-9)) + 1
-            if count > MOST_VALUES:
-                raise InputError(f"{name}: {part!r} makes {count} values; at most {MOST_VALUES} are read")
-            values += [start + k * step for k in range(count)]
+        elif len(numbers) == 3:
+            try:
+                values += spaced(*numbers)
+            except ValueError as error:
+                raise InputError(f"{name} {shortened(part)}: {error}") from None
         else:
-            raise InputError(f"{name}: {part!r} is neither a number nor start:stop:step, as in 0:85:5")
+            said = shortened(repr(part))
+            raise InputError(f"{name}: {said} is neither a number nor start:stop:step, as in 0:85:5")
+        if len(values) > MOST_POINTS:
+            raise InputError(f"{name}: {len(values)} values; at most {MOST_POINTS} are read")
     return np.array(values)
 
 
@@ -81,6 +82,25 @@ def fixed_map(texts: list[str]) -> dict[str, float | Path]:
     return values
 
 
+def column_map(texts: list[str]) -> dict[str, str]:
+    """Read "Angle in=theta_i_deg" texts: a heading of a table, and the name that it stands for.
+
+    Raises
+    ------
+    InputError
+        A text of another form, or a column or a name given twice.
+    """
+    names: dict[str, str] = {}
+    for text in texts:
+        column, _, name = (word.strip() for word in text.rpartition("="))
+        if not (name and column):
+            raise InputError(f'--map {text!r}: write column=name, as in --map "Angle in=theta_i_deg"')
+        if column in names or name in names.values():
+            raise InputError(f"--map {text!r}: {column if column in names else name} is given twice")
+        names[column] = name
+    return names
+
+
 def at_wavelengths(
     fixed: Mapping[str, float | Path], scan: Scan
 ) -> dict[str, float | npt.NDArray[np.float64]]:
@@ -97,11 +117,9 @@ def at_wavelengths(
     }
 
 
-def fix_words(fixed: Mapping[str, float | Path]) -> list[str] | None:
-    """Return the texts of --fix as provenance tells them: files by their names alone; None for none."""
-    return [
-        f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()
-    ] or None
+def fix_words(fixed: Mapping[str, float | Path]) -> list[str]:
+    """Return the texts of --fix as provenance tells them: files by their names alone."""
+    return [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
 
 
 def name_list(texts: list[str]) -> tuple[str, ...]:

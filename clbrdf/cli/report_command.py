@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -23,6 +23,7 @@ def command(
     /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"], help="FILE.html, or a folder")],
+    figures: Literal["svg", "pdf", "png"] | None = None,
     device: DeviceName = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -37,8 +38,14 @@ def command(
     files
         fit file; of one that 'clbrdf choose' wrote, the report in a folder begins with the ranking of the
         models; for a page that computes also several, and scans
+    figures
+        into a folder: each flat figure also as a file of its own
     """
     if output.suffix.casefold() in PAGE_ENDINGS and not output.is_dir():
+        if figures is not None:
+            raise InputError(
+                "--figures belongs to a report in a folder; a page saves each of its panels itself"
+            )
         write_page(files, output, overwrite)
         return
     if len(files) != 1:
@@ -55,7 +62,7 @@ def command(
         )
     chosen = choose_device(device)
     with progress_bar("drawing the report") as report:
-        written, missing = write_report(result, output, overwrite, chosen, report, choice)
+        written, missing = write_report(result, output, overwrite, chosen, report, choice, figures)
     told = stderr_console()
     for file in written:
         told.print(f"wrote {file}", soft_wrap=True)

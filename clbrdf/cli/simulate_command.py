@@ -11,7 +11,6 @@ from cyclopts import Parameter
 from clbrdf.cli.checks import print_surface_checks, say
 from clbrdf.cli.console import number, print_table, progress_bar
 from clbrdf.cli.options import DeviceName, Overwrite
-from clbrdf.cli.provenance import made_by
 from clbrdf.errors import InputError
 from clbrdf.opencl.device import choose_device
 from clbrdf.opencl.precision import get_precision
@@ -23,6 +22,7 @@ from clbrdf.scene.simulate import Setting, set_up
 from clbrdf.scene.stream import Streamed, stream
 from clbrdf.scene.surface import ModelSurface
 from clbrdf.storage.files import check_apart, check_output
+from clbrdf.storage.provenance import made_by
 
 Flag = Parameter(negative="")
 

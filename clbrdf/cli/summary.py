@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
-from rich.measure import Measurement
 from rich.table import Table
 
 from clbrdf.cli.console import make_table, number, print_table, stdout_console
-from clbrdf.fit.identifiability import by_remark
+from clbrdf.cli.uncertainty_tables import print_components, print_draws, print_parts, total_words
 from clbrdf.fit.result import Fit
+from clbrdf.fit.tables import (
+    GIVEN_WORDS,
+    MOST_ANGLES,
+    Column,
+    has_given,
+    remark_rows,
+    summary_rows,
+    tables,
+)
 from clbrdf.scan import Scan
 
-MOST_REMARKS = 8
-"""Remarks on what the data leave open."""
-
-MOST_ANGLES = 24
-"""Incident zeniths listed one by one, or given columns of a table."""
+MOST_REMARKS = 12
+"""Remarks on a fit that are printed."""
 
 FEW_ANGLES = 6
 
@@ -49,11 +53,14 @@ def print_scan(title: str, scan: Scan) -> None:
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
         rows.append(["uncertainties", text])
+        if scan.components:
+            rows.append(["of them", total_words(scan)])
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
     rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
+    print_components(scan)
 
 
 def _origin(key: str) -> str:
@@ -125,119 +132,26 @@ def _values(angles: npt.NDArray[np.float64]) -> str:
 
 
 def print_fit(title: str, fit: Fit, all_rows: bool = False) -> None:
-    """Print the table of a fit, as the paper's Tables 1 and 2 (σr in percent), and how it went."""
+    """Print the parameters of a fit with their uncertainties, how good they are, and how it went."""
     w = len(fit.wavelength)
     shown = np.arange(w)
     if not all_rows and w > SHOWN_ROWS:
         shown = np.linspace(0, w - 1, SHOWN_ROWS).round().astype(np.intp)
     note = "" if len(shown) == w else f" ({len(shown)} of {w} wavelengths; --all-rows shows every one)"
-    name, *parameters = _columns(fit, shown)
-    deviations = [
-        (f"σr {angle:g}°", [number(100.0 * row[k], 3) for k in shown])
-        for angle, row in zip(fit.scan.incident_angles, fit.relative_rms_by_incident_angle, strict=True)
-    ]
-    if len(deviations) > MOST_ANGLES:
-        deviations = []
-    status = ("status", [str(fit.status[k]) for k in shown])
     console = stdout_console()
-    whole = _table(title + note, [name, *parameters, *deviations, status])
-    unbounded = console.options.update(width=10_000)
-    if Measurement.get(console, unbounded, whole).maximum <= console.width:
-        console.print(whole, crop=False)
-    else:
-        console.print(_table(title + note, [name, *parameters, status]), crop=False)
-        if deviations:
-            console.print(_table("σr (%) for each incident zenith", [name, *deviations]), crop=False)
-    counts = ", ".join(f"{count} {status}" for status, count in Counter(fit.status.tolist()).most_common())
-    good = np.isfinite(fit.objective)
-    worst = fit.objective[good].max(initial=0.0)
-    lines = [
-        ["status", counts],
-        ["method", f"{fit.method}, seed {fit.seed}, weights {fit.provenance.get('weights', '–')}"],
-        [
-            "E (13)",
-            f"median {number(np.median(fit.objective[good]))}, worst {number(worst)}",
-        ],
-        ["σr (14)", f"median {number(100 * np.median(fit.relative_rms[good]), 3)} % over all directions"],
-        ["evaluations", f"{int(np.median(fit.evaluations[good]))} a wavelength"],
-        [
-            "same end",
-            f"{int(np.median(fit.agreeing[good]))} of {int(np.median(fit.starts[good]))} starts (median)",
-        ],
-        ["condition", f"median {number(np.median(fit.condition[good]), 3)}, of the scaled derivatives"],
-        ["not finite", f"{int(fit.not_finite.sum())} evaluations, refused"],
-        ["masked", f"{np.count_nonzero(fit.scan.mask)} of {fit.scan.brdf.size} values"],
-        ["device", fit.device],
-    ]
-    held = fixed_words(fit)
-    lines[2:2] = [*([["fixed", held]] if held else []), *(["shared", text] for text in shared_words(fit))]
-    if "left_out" in fit.provenance:
-        lines.append(["left out", fit.provenance["left_out"]])
-    if np.isfinite(fit.seconds):
-        lines.append(
-            ["time", f"{fit.seconds:.2f} s, {1e3 * fit.seconds / max(1, good.sum()):.3g} ms a wavelength"]
-        )
-    if np.isfinite(fit.acceptance).any():
-        lines.insert(5, ["moves taken", f"{100 * np.nanmedian(fit.acceptance):.0f} %"])
-    for k, text in enumerate(fit.tolerance):
-        lines.insert(2 + k, ["next better" if k else "for the rtol", text])
-    print_table("", ("fit", ""), lines, left=2)
-    _print_remarks(fit)
-
-
-def fixed_words(fit: Fit) -> str:
-    """Return what was not fitted, with its value where it is one for all wavelengths."""
-    words = []
-    for name in fit.given:
-        values = fit.parameters[name][np.isfinite(fit.parameters[name])]
-        if len(values) and fit.model.parameter(name).given != "wavelength":
-            one = values.min() == values.max()
-            words.append(f"{name} = {number(float(values[0]), 5)}" if one else f"{name}, a spectrum")
-    return ", ".join(words)
-
-
-def shared_words(fit: Fit) -> list[str]:
-    """Return what is one number for all wavelengths, with its error bar, a line each."""
-    out = []
-    for name in fit.shared:
-        good = np.flatnonzero(np.isfinite(fit.parameters[name]))
-        if len(good):
-            value, sigma = fit.parameters[name][good[0]], fit.sigma[name][good[0]]
-            bar = f" ± {sigma:.2g}" if np.isfinite(sigma) else ""
-            out.append(f"{name} = {number(float(value), 5)}{bar}, one number for all wavelengths")
-    return out
-
-
-def _print_remarks(fit: Fit) -> None:
-    """Print what the data leave open, and where."""
-    found = by_remark(fit.remarks, fit.wavelength)
-    if not found:
-        return
-    rows = []
-    for text, nm in found[:MOST_REMARKS]:
-        span = f"{nm[0]:g} nm" if len(nm) == 1 else f"{len(nm)} from {nm[0]:g} to {nm[-1]:g} nm"
-        rows.append([text, "everywhere" if len(nm) == len(fit.wavelength) else span])
-    if len(found) > MOST_REMARKS:
-        rows.append([f"and {len(found) - MOST_REMARKS} more, in the fit file", ""])
-    print_table("", ("the data leave open", "wavelengths"), rows, left=2)
-
-
-Column = tuple[str, list[str]]
-
-
-def _columns(fit: Fit, shown: npt.NDArray[np.intp]) -> list[Column]:
-    """Wavelength, parameters and E as columns of text."""
-    values = [*((n, v, 4) for n, v in fit.parameters.items()), ("E", fit.objective, 4)]
-    bands = fit.scan.bands
-    first = (
-        ("band", [bands[k] for k in shown])
-        if bands
-        else ("λ (nm)", [f"{fit.wavelength[k]:.6g}" for k in shown])
-    )
-    return [
-        first,
-        *((name, [number(float(column[k]), digits) for k in shown]) for name, column, digits in values),
-    ]
+    for place, (told, columns) in enumerate(tables(fit, shown, console.width)):
+        console.print(_table(told if place else title + note, columns), crop=False)
+    if has_given(fit):
+        more = "the intervals above do not need that" if fit.intervals else "--profile finds intervals"
+        console.print(f" {GIVEN_WORDS}; {more}\n")
+    print_table("", ("fit", ""), summary_rows(fit), left=2)
+    print_parts(fit)
+    print_draws(fit)
+    rows = remark_rows(fit)
+    if len(rows) > MOST_REMARKS:
+        rows = [*rows[:MOST_REMARKS], (f"and {len(rows) - MOST_REMARKS} more, in the fit file", "")]
+    if rows:
+        print_table("", ("remarks", "wavelengths"), rows, left=2)
 
 
 def _table(title: str, columns: Sequence[Column]) -> Table:

@@ -13,10 +13,10 @@ from clbrdf.cli.console import progress_bar, stderr_console
 from clbrdf.cli.options import DeviceName, Overwrite, number_list
 from clbrdf.errors import InputError
 from clbrdf.opencl.device import choose_device
-from clbrdf.storage.files import check_output
+from clbrdf.storage.files import check_apart, check_output
 
 if TYPE_CHECKING:
-    from clbrdf.viz.panel import Entry
+    from clbrdf.viz.panel import LobeRequest
     from clbrdf.viz.subject import Subject
 
 Flag = Parameter(negative="")
@@ -27,6 +27,9 @@ def command(
     /,
     *,
     png: Path | None = None,
+    svg: Path | None = None,
+    pdf: Path | None = None,
+    csv: Path | None = None,
     gif: Path | None = None,
     mp4: Path | None = None,
     html: Path | None = None,
@@ -51,7 +54,7 @@ def command(
     """Show the BRDF over the hemisphere as lobes: the model of a fit, the measured values of a scan.
 
     Several files, wavelengths or incident angles stand side by side with one scale, or lie over each
-    other with --overlay. Without --png, --gif, --mp4, --html or --serve a window opens.
+    other with --overlay. Without --png, --svg, --pdf, --csv, --gif, --mp4, --html or --serve a window opens.
 
     --html and --serve give the page that computes, with maps, cuts and spectra beside the lobe; its own
     controls choose what is shown.
@@ -62,6 +65,12 @@ def command(
         scan or fit files
     png
         write a picture
+    svg
+        write the picture for print: words, key and captions scale
+    pdf
+        the same as PDF
+    csv
+        write the numbers behind the picture: measured directions, and the model over the hemisphere
     gif
         write a sweep over wavelength or incident angle
     mp4
@@ -102,50 +111,64 @@ def command(
     from clbrdf.viz import graphics
 
     pixels = _size(size)
-    outputs = [path for path in (png, gif, mp4, html) if path is not None]
-    for path, ending in ((png, ".png"), (gif, ".gif"), (mp4, ".mp4"), (html, ".html")):
-        if path is not None and path.suffix.casefold() != ending:
-            raise InputError(f"{path}: --{ending[1:]} writes {ending} files; let the name end in it")
+    named = {"png": png, "svg": svg, "pdf": pdf, "csv": csv, "gif": gif, "mp4": mp4, "html": html}
+    outputs = [path for path in named.values() if path is not None]
+    for kind, path in named.items():
+        if path is not None and path.suffix.casefold() != f".{kind}":
+            raise InputError(f"{path}: --{kind} writes .{kind} files; let the name end in it")
+    check_apart(outputs, files)
     for path in outputs:
         check_output(path, overwrite)
     if transparent and png is None:
         raise InputError("--transparent belongs to --png FILE; films and pages have a background")
     if html is not None or serve:
         _check_page(wavelength, theta_i, overlay, difference, colour, floor)
-    pictures = png is not None or gif is not None or mp4 is not None
-    if (html is not None or serve) and not pictures:
-        _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
-        return
-    entries = _entries(files, wavelength, theta_i, difference)
-    if outputs:
-        graphics.require_off_screen()
-    else:
+    page = html is not None or serve
+    if not outputs or outputs == [html]:
+        if page:
+            _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
+            return
         graphics.require_screen()
-    from clbrdf.viz.scene import Scene
+    requests = _requests(files, wavelength, theta_i, difference)
     from clbrdf.viz.style import Look
 
     look = Look(radius=radius, colour=colour, floor=floor, points=points)
-    chosen = choose_device(device) if any(e.subject.fit is not None for e in entries) else None
     told = stderr_console()
-    if pictures:
-        from clbrdf.viz import stills
+    if csv is not None:
+        from clbrdf.viz.values import save_values
 
-        scene = Scene(entries, look, size=pixels, overlay=overlay, device=chosen)
+        told.print(f"wrote {csv}: {save_values(requests, csv, overwrite)} rows", soft_wrap=True)
+    if any(path not in (None, csv, html) for path in outputs):
+        graphics.require_off_screen()
+    elif outputs and not page:
+        return
+    chosen = choose_device(device) if any(r.subject.fit is not None for r in requests) else None
+    for path in (svg, pdf):
+        if path is not None:
+            from clbrdf.viz.printed import save_printed
+
+            save_printed(requests, look, path, pixels, overlay, chosen, overwrite)
+            told.print(f"wrote {path}", soft_wrap=True)
+    if any(path is not None for path in (png, gif, mp4)):
+        from clbrdf.viz import stills
+        from clbrdf.viz.picture import Picture
+
+        picture = Picture(requests, look, size=pixels, overlay=overlay, device=chosen)
         if png is not None:
-            stills.save_png(scene, png, transparent, overwrite)
-            told.print(f"wrote {png}")
+            stills.save_png(picture, png, transparent, overwrite)
+            told.print(f"wrote {png}", soft_wrap=True)
         for film, save in ((gif, stills.save_gif), (mp4, stills.save_mp4)):
             if film is not None:
                 with progress_bar(f"drawing {film.name}") as report:
-                    stops = save(scene, film, sweep, frames, overwrite, report)
-                told.print(f"wrote {film}: {stops} stops")
-        scene.close()
-    if html is not None or serve:
+                    stops = save(picture, film, sweep, frames, overwrite, report)
+                told.print(f"wrote {film}: {stops} stops", soft_wrap=True)
+        picture.close()
+    if page:
         _page(files, html, serve, host, port, _start(wavelength, theta_i, radius), overwrite)
     elif not outputs:
-        from clbrdf.viz.window import Window, controlled_scene
+        from clbrdf.viz.window import Window, controlled_picture
 
-        Window(controlled_scene(entries, look, pixels, overlay=overlay, device=chosen)).show()
+        Window(controlled_picture(requests, look, pixels, overlay=overlay, device=chosen)).show()
 
 
 def _check_page(
@@ -208,9 +231,11 @@ def _size(text: str) -> tuple[int, int]:
     return int(words[0]), int(words[1])
 
 
-def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool) -> list[Entry]:
+def _requests(
+    files: list[Path], wavelength: str | None, theta_i: str | None, difference: bool
+) -> list[LobeRequest]:
     """Return what is shown: every file at every wavelength and incident angle asked for."""
-    from clbrdf.viz.panel import Entry, check_difference
+    from clbrdf.viz.panel import LobeRequest, check_difference
     from clbrdf.viz.subject import named_apart, open_subject
 
     subjects = named_apart([open_subject(path) for path in files])
@@ -230,10 +255,10 @@ def _entries(files: list[Path], wavelength: str | None, theta_i: str | None, dif
             raise InputError(f"--theta-i {value:g}: incident angles that can be drawn lie between 0 and 89")
         for subject in subjects:
             subject.check_incident(value)
-    entries = [Entry(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
-    for entry in entries:
-        check_difference(entry)
-    return entries
+    requests = [LobeRequest(s, w, a, minus) for s, w, a in product(subjects, waves, angles)]
+    for request in requests:
+        check_difference(request)
+    return requests
 
 
 def _difference(subjects: list[Subject]) -> tuple[list[Subject], Subject]:

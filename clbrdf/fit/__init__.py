@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -14,19 +15,27 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.intervals import with_intervals
+from clbrdf.fit.jobs import Job, Jobs, solve_job
+from clbrdf.fit.layout import layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
+from clbrdf.fit.montecarlo import check_draws
+from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
-from clbrdf.fit.result import STATUSES, Fit
+from clbrdf.fit.records import STATUSES, Search, Setup
+from clbrdf.fit.result import Fit
 from clbrdf.fit.shared import shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.solve import joined, solve
+from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
-from clbrdf.fit.tolerance import BEST, SAMPLE, choose_settings
+from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import weight_matrix
 from clbrdf.opencl.device import Device, choose_device
+from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
@@ -44,6 +53,9 @@ __all__ = [
 PLAUSIBLE = (1e-15, 1e15)
 """BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
 
+PART = 1 << 14
+"""Directions that are looked at at once."""
+
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
@@ -60,8 +72,11 @@ def fit(
     shared: Sequence[str] = (),
     smooth: float | None = None,
     rtol: float | None = None,
+    monte_carlo: int | None = None,
+    profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
+    executor: Executor | None = None,
     report: Report = silent,
 ) -> Fit:
     """Fit a model to a scan at every wavelength.
@@ -97,13 +112,24 @@ def fit(
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
-        taken whose excess on a sample of the scan's wavelengths is a tenth of it; `tolerance` of the fit
+        taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
         tells which. An estimate: other wavelengths are not looked at.
+    monte_carlo : int, optional
+        Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
+        that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    profile : bool
+        Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
+        hold where parameters are at their limits, too, where standard uncertainties are far too small.
     settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional
         From `choose_device`; the preferred one if not given.
+    executor : Executor, optional
+        Whose `map` runs the blocks of wavelengths, such as a `clbrdf.parallel.processes.Processes`, any
+        `concurrent.futures.Executor`, or that of a Dask client, ``client.get_executor()``; the result is
+        the same to the last bit. This process, one block after the other, if not given; with `shared`, in
+        any case.
     report : callable
         Called with (steps done, steps in all).
 
@@ -116,7 +142,8 @@ def fit(
     InputError
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
-        is not; shared parameters together with `smooth` or `rtol`;
+        is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
+        `monte_carlo` together with `shared` or `smooth`, or out of range;
         nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
     DeviceError
         No OpenCL device with fp64.
@@ -138,6 +165,13 @@ def fit(
         raise InputError("shared and smooth both tie wavelengths; give one of them")
     if in_common and rtol is not None:
         raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+    check_draws(monte_carlo)
+    if monte_carlo is not None and (in_common or smooth is not None):
+        raise InputError(
+            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    if profile and (in_common or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:
@@ -150,71 +184,125 @@ def fit(
             raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
-    where = device or choose_device()
+    where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
     def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        known = {name: values[places] for name, values in given.items()}
-        return make_problem(scan.columns(places), g[:, places], chosen, limits, where, known)
+        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
 
-    choice = None
+    rungs: tuple[Rung, ...] = ()
+    sample = np.empty(0, dtype=np.intp)
     if rtol is not None:
         sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
         problem = problem_of(sample)
-        choice = choose_settings(problem, way, seed, rtol)
-        rules = choice.rung.settings
+        rungs = choose_settings(problem, way, seed, rtol)
+        rules = rungs[0].settings
     if in_common:
         places = tuple(chosen.names.index(name) for name in in_common)
         norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
         parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
-        parts = []
-        for k, block in enumerate(blocks):
-            parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
-    provenance = {
-        **left_out,
-        "weights": weights if isinstance(weights, str) else "user",
-        **{f"{way.name}_{name}": str(value) for name, value in asdict(rules).items()},
-    }
-    if in_common:
-        provenance["shared"] = ", ".join(in_common)
-    if rtol is not None:
-        provenance["rtol"] = f"{rtol:g}"
-    solution, covariance = joined(parts), None
+        if executor is None:
+            parts = []
+            for k, block in enumerate(blocks):
+                parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+        else:
+            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
+            parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
+    solution, tied = joined(parts), None
     if smooth is not None:
-        provenance["smooth"] = f"{smooth:g}"
         problem = problem_of(fitted)
         solution = start_each_other(problem, solution)
-        solution, covariance = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
-    return assemble(
-        scan,
-        chosen,
-        fitted,
-        solution,
-        covariance=covariance,
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+    setup = Setup(
         weights=g,
+        weighting=weights if isinstance(weights, str) else "user",
         bounds=limits,
-        given=given,
+        fixed=given,
         shared=in_common,
+        smooth=smooth,
+        rtol=rtol,
+        left_out=left_out,
         method=way.name,
-        device=str(where),
         seed=seed,
-        provenance=provenance,
-        tolerance=() if choice is None else choice.lines(),
-        start=start,
+    )
+    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied)
+    drawn = None
+    if monte_carlo is not None:
+        drawn = propagate(
+            problem_of(fitted),
+            scan.columns(fitted),
+            g[:, fitted],
+            estimate.vector[fitted],
+            estimate.sigma[fitted],
+            limits,
+            monte_carlo,
+            seed,
+            report,
+        ).placed(fitted, len(scan.wavelength))
+    if profile:
+        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
+        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
+    return Fit(
+        scan=scan,
+        model=chosen,
+        setup=setup,
+        estimate=estimate,
+        goodness=goodness,
+        search=_search_of(setup, solution, str(where), rungs, len(sample), start),
+        status=status,
+        provenance=_provenance(setup, rules),
+        monte_carlo=drawn,
     )
 
 
-def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, dict[str, str]]:
-    """Return scan and weights without directions of transmission, and a word on how many there were."""
+def _search_of(
+    setup: Setup, solution: Solution, device: str, rungs: tuple[Rung, ...], sample: int, start: float
+) -> Search:
+    """Return how a fit that began at `start` (`time.perf_counter`) was searched."""
+
+    def placed(name: str) -> npt.NDArray[Any]:
+        some = getattr(solution, name)
+        out = np.full(setup.weights.shape[1], np.nan if some.dtype.kind == "f" else 0, dtype=some.dtype)
+        out[setup.fitted] = some
+        return out
+
+    return Search(
+        device=device,
+        evaluations=placed("evaluations"),
+        starts=placed("starts"),
+        agreeing=placed("agreeing"),
+        acceptance=placed("acceptance"),
+        not_finite=placed("not_finite"),
+        rungs=rungs,
+        sample=sample,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _provenance(setup: Setup, rules: object) -> dict[str, str]:
+    """Return the settings of a fit in words, for readers of its file."""
+    out = {"weights": setup.weighting}
+    if setup.left_out:
+        out["left_out"] = f"{setup.left_out} directions, those of transmission"
+    out |= {f"{setup.method}_{name}": str(value) for name, value in asdict(cast(Any, rules)).items()}
+    if setup.shared:
+        out["shared"] = ", ".join(setup.shared)
+    for name in ("rtol", "smooth"):
+        if getattr(setup, name) is not None:
+            out[name] = f"{getattr(setup, name):g}"
+    return out
+
+
+def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, int]:
+    """Return scan and weights without directions of transmission, and how many there were."""
     beyond = scan.transmitted
     if not beyond.any():
-        return scan, weights, {}
+        return scan, weights, 0
     per_direction = np.asarray(weights)
     if not isinstance(weights, str) and per_direction.shape == beyond.shape:
         weights = per_direction[~beyond]
-    said = f"{np.count_nonzero(beyond)} of {len(beyond)} directions, those of transmission"
-    return scan.reflection(), weights, {"left_out": said}
+    return scan.reflection(), weights, int(np.count_nonzero(beyond))
 
 
 def given_parameters(
@@ -269,11 +357,16 @@ def _check_number(name: str, value: float | None, low: float, high: float) -> No
 
 def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    used = np.abs(scan.brdf[weights > 0.0])
-    used = used[used > 0.0]
     low, high = PLAUSIBLE
-    if used.min(initial=1.0) < low or used.max(initial=1.0) > high:
-        worst = used.max() if used.max() > high else used.min()
+    smallest, largest = np.inf, 0.0
+    for first in range(0, len(scan), PART):
+        part = slice(first, first + PART)
+        used = np.abs(scan.brdf[part])
+        counts = (weights[part] > 0.0) & (used > 0.0)
+        smallest = used.min(initial=smallest, where=counts)
+        largest = used.max(initial=largest, where=counts)
+    if smallest < low or largest > high:
+        worst = largest if largest > high else smallest
         raise InputError(
             f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
         )

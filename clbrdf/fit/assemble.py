@@ -1,25 +1,33 @@
-"""From a solution to a Fit: parameters, their uncertainties, what the data leave open, status."""
+"""From a solution to what a fit says: parameters, their uncertainties, how good they are, status."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.identifiability import remarks
+from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.goodness import deviation_tests
+from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
-from clbrdf.fit.result import Fit
-from clbrdf.fit.shared_uncertainty import shared_uncertainty, with_shared
+from clbrdf.fit.problem import Problem
+from clbrdf.fit.records import Estimate, Goodness, Setup
+from clbrdf.fit.shared_uncertainty import SharedSystem, common_share, shared_uncertainty, with_shared
+from clbrdf.fit.smooth import Tied
 from clbrdf.fit.solve import Solution
-from clbrdf.fit.uncertainty import uncertainty
+from clbrdf.fit.summary import Summary, summarise_scan
+from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle
+from clbrdf.opencl.device import Device
+from clbrdf.opencl.precision import get_precision
+from clbrdf.opencl.values import evaluate_directions
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 NEGLIGIBLE = 1e-9
 """Share of E that setting a parameter to 0 may cost."""
@@ -30,132 +38,189 @@ BOUND_TOLERANCE = 1e-9
 
 def assemble(
     scan: Scan,
-    model: Model,
-    fitted: npt.NDArray[np.intp],
+    layout: Layout,
+    problem_of: Callable[[npt.NDArray[np.intp]], Problem],
+    setup: Setup,
     solution: Solution,
-    *,
-    covariance: Array | None,
-    weights: Array,
-    bounds: Array,
-    given: Mapping[str, Array],
-    shared: tuple[str, ...],
-    method: str,
-    device: str,
-    seed: int,
-    provenance: Mapping[str, str],
-    tolerance: tuple[str, ...],
-    start: float,
-) -> Fit:
-    """Return the fit of a scan from its solution; `fitted` are the places of the wavelengths.
+    device: Device,
+    tied: Tied | None = None,
+) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
+    """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
-    `given` are the parameters (W,) that were not fitted, `shared` those that are one number for all
-    wavelengths. `covariance` (W, P, P), of the coordinates, replaces the one of the data alone. `start` is
-    the reading of `time.perf_counter` when the fit began.
+    `layout` says how the directions lie in the problems that `problem_of` returns for places of wavelengths;
+    `tied` tells what a penalty on neighbours makes of the uncertainties.
     """
-    w = len(scan.wavelength)
+    fitted, model = setup.fitted, layout.seen.model
+    known = np.array([name in setup.fixed for name in model.names])
+
+    def summed(places: npt.NDArray[np.intp], vector: Array) -> Summary:
+        return summarise_scan(scan, setup.weights, layout, problem_of, places, vector)
+
+    vector, at_bound, sums = _settled(model, setup, solution, known, summed)
+    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied)
+
+    def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
+        out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
+        out[fitted] = some
+        return out
+
+    estimate = Estimate(
+        vector=placed(vector, np.nan),
+        sigma=placed(result.sigma, np.nan),
+        correlation=placed(result.correlation, np.nan),
+        condition=placed(result.condition, np.nan),
+        at_bound=placed(at_bound, False),
+        undetermined=placed(result.undetermined, False),
+        parts=tuple(
+            replace(
+                part,
+                own=placed(part.own, np.nan),
+                modes=np.moveaxis(placed(np.moveaxis(part.modes, 1, 0), np.nan), 0, 1),
+            )
+            for part in parts
+        ),
+    )
+    status = np.where(at_bound.any(axis=1), "at bound", "converged").astype("<U13")
+    status[~result.determined] = "ambiguous"
+    status[~solution.converged] = "not converged"
+    where = placed(status, "no data")
+    where[~scan.mask.all(axis=0) & ~(setup.weights > 0.0).any(axis=0)] = "no weight"
+    with np.errstate(invalid="ignore"):  # where nothing counts
+        by_angle = np.sqrt(sums.deviation / sums.counted)
+        rms = np.sqrt(sums.deviation.sum(axis=1) / sums.counted.sum(axis=1))
+    energy = placed(sums.objective, np.nan)
+
+    def values_of(places: npt.NDArray[np.intp]) -> Array:
+        return model_values(scan, layout, estimate.vector[places], device)
+
+    found = Goodness(
+        objective=energy,
+        relative_rms=placed(rms, np.nan),
+        relative_rms_by_incident_angle=placed(by_angle, np.nan).T.copy(),
+        **deviation_tests(scan, setup, estimate.at_bound, energy, values_of),
+    )
+    return estimate, found, where
+
+
+def model_values(scan: Scan, layout: Layout, vector: Array, device: Device) -> Array:
+    """Return what the detector sees (B, N), 1/sr, of parameters (B, P), in the order of the scan."""
+    model = layout.seen.model
+    if layout.seen.first is None:
+        return evaluate_directions(model, vector, scan.directions, get_precision("double"), device).T
+    values = np.empty((len(vector), len(scan)))
+    values[:, layout.order] = layout.seen.brdf(vector[:, None, :])
+    return values
+
+
+def _settled(
+    model: Model,
+    setup: Setup,
+    solution: Solution,
+    known: Mask,
+    summed: Callable[[npt.NDArray[np.intp], Array], Summary],
+) -> tuple[Array, Mask, Summary]:
+    """Return parameters (K, P), which stand at a limit, and the sums at the fitted wavelengths."""
+    fitted, bounds = setup.fitted, setup.bounds
     limits = model.coordinate_bounds(bounds)
-    known = np.array([name in given for name in model.names])
-    in_common = np.array([name in shared for name in model.names])
+    in_common = np.array([name in setup.shared for name in model.names])
     coordinates = in_order(model, solution.coordinates, bounds, known, in_common)
     vector, at_bound = settle(model, coordinates, limits, bounds)
-    for name, spectrum in given.items():
+    for name, spectrum in setup.fixed.items():
         vector[:, model.names.index(name)] = spectrum[fitted]
     at_bound &= ~known
 
-    features = model.features(scan.directions)
-    fitted_values = model.brdf(vector[:, None, :], features)
+    sums = summed(fitted, vector)
     # A floor that stands for 0 counts where another factor is large enough: it stays what it is there.
-    energy = objective(fitted_values.T, scan.columns(fitted), weights[:, fitted])
     floored = np.array([row.scale == "log" for row in model.parameters])
     zero = (vector == 0.0) & floored & ~known
-    counts = zero.any(axis=1) & (energy > solution.objective * (1.0 + NEGLIGIBLE))
+    counts = zero.any(axis=1) & (sums.objective > solution.objective * (1.0 + NEGLIGIBLE))
     if counts.any() and zero[:, in_common].any():
         counts[:] = True
-    for k in np.flatnonzero(counts):
-        vector[k] = np.where(zero[k], model.from_coordinates(limits[:, 0]), vector[k])
-        fitted_values[k] = model.brdf(vector[k, None, :], features)
-    data = (
-        fitted_values - np.where(weights[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0).T,
-        weights[:, fitted].T,
-        None if scan.sigma is None else scan.sigma[:, fitted].T,
-    )
-    result = uncertainty(model, features, vector, at_bound | known | in_common, *data)
-    together = np.flatnonzero(in_common & ~at_bound.any(axis=0))
+    again = np.flatnonzero(counts)
+    if len(again):
+        vector[again] = np.where(zero[again], model.from_coordinates(limits[:, 0]), vector[again])
+        sums.put(again, summed(fitted[again], vector[again]))
+    return vector, at_bound, sums
+
+
+def _uncertainty(
+    scan: Scan,
+    layout: Layout,
+    setup: Setup,
+    vector: Array,
+    at_bound: Mask,
+    sums: Summary,
+    tied: Tied | None,
+) -> tuple[Uncertainty, tuple[Part, ...]]:
+    """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
+    fitted, model = setup.fitted, layout.seen.model
+    known = np.array([name in setup.fixed for name in model.names])
+    in_common = np.array([name in setup.shared for name in model.names])
+    own = ~(at_bound | known | in_common)
+    result = uncertainty(sums.gram, sums.spread, sums.objective, sums.used, ~own)
+    is_known = bool(np.isfinite(sums.spread).all())
+    together, system = np.flatnonzero(in_common & ~at_bound.any(axis=0)), None
+    if len(together) or scan.components:
+        # What wavelengths or values have in common needs every value of every one.
+        seen, measured = layout.seen.take(np.argsort(layout.order)), scan.columns(fitted)
+        g, values = setup.weights[:, fitted], seen.brdf(vector[:, None, :])
     if len(together):
-        own = ~(at_bound | known | in_common)
-        result = with_shared(
-            result, *shared_uncertainty(model, features, vector, own, together, *data), together
+        random = measured.random_sigma
+        residuals = values - np.where(g > 0.0, measured.brdf, 0.0).T
+        data = residuals, g.T, None if random is None else random.T
+        covariance, is_open, system = shared_uncertainty(seen, vector, own, together, *data)
+        result = with_shared(result, covariance, is_open, system)
+    alone = _alone(vector, model, result, system, is_known, tied)
+    parts: tuple[Part, ...] = (alone,)
+    from_file = is_known and tied is None
+    if scan.components if from_file else scan.common_components:
+        components = measured.components if from_file else measured.common_components
+        told = carried(
+            seen, measured.directions, measured.wavelength, components, vector, own, values, g.T, system
         )
-
-    def placed(values: Any, fill: Any) -> Any:
-        out = np.full((w, *values.shape[1:]), fill, dtype=values.dtype)
-        out[fitted] = values
-        return out
-
-    deviation = result.sigma
-    if covariance is not None:
-        slopes = [abs(row.slope(vector[:, j])) for j, row in enumerate(model.parameters)]
-        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)) * np.stack(slopes, axis=1)
-        deviation[at_bound | known] = np.nan
-    parameters, sigma = placed(vector, np.nan), placed(deviation, np.nan)
-    correlation = placed(result.correlation, np.nan)
-    status = np.full(w, "no data", dtype="<U13")
-    for j, place in enumerate(fitted):
-        converged, determined = bool(solution.converged[j]), bool(result.determined[j])
-        status[place] = _status(converged, determined, bool(at_bound[j].any()))
-
-    values = np.full(scan.brdf.shape, np.nan)
-    values[:, fitted] = fitted_values.T
-    return Fit(
-        scan=scan,
-        model=model,
-        parameters=dict(zip(model.names, parameters.T.copy(), strict=True)),
-        sigma=dict(zip(model.names, sigma.T.copy(), strict=True)),
-        objective=objective(values, scan, weights),
-        relative_rms=relative_rms(values, scan),
-        relative_rms_by_incident_angle=relative_rms_by_incident_angle(values, scan),
-        status=status,
-        correlation=correlation,
-        condition=placed(result.condition, np.nan),
-        remarks=remarks(
-            model,
-            scan,
-            parameters,
-            placed(result.undetermined, False),
-            placed(at_bound, False),
-            correlation,
-            weights > 0.0,
-            int(np.count_nonzero(~known)),
-        ),
-        evaluations=placed(solution.evaluations, 0),
-        starts=placed(solution.starts, 0),
-        agreeing=placed(solution.agreeing, 0),
-        acceptance=placed(solution.acceptance, np.nan),
-        not_finite=placed(solution.not_finite, 0),
-        weights=weights,
-        bounds=bounds,
-        given=tuple(given),
-        shared=shared,
-        method=method,
-        device=device,
-        seed=seed,
-        provenance=provenance,
-        tolerance=tolerance,
-        seconds=time.perf_counter() - start,
-    )
+        slopes = _slopes(model, vector)
+        parts = told if from_file else (alone, *(_tied(part, slopes, tied) for part in told))
+    held = at_bound | known
+    return with_covariance(result, total(parts), held), parts
 
 
-def _status(converged: bool, determined: bool, at_bound: bool) -> str:
-    if not converged:
-        return "not converged"
-    if not determined:
-        return "ambiguous"
-    return "at bound" if at_bound else "converged"
+def _alone(
+    vector: Array,
+    model: Model,
+    result: Uncertainty,
+    system: SharedSystem | None,
+    is_known: bool,
+    tied: Tied | None,
+) -> Part:
+    """Return the part of what differs from value to value, where no components say what it comes from."""
+    w, p = vector.shape
+    name = "uncertainty of the values" if is_known else "scatter of the residuals"
+    covariance, modes = result.covariance, np.zeros((0, w, p))
+    if tied is not None:
+        slopes = _slopes(model, vector)
+        name = "scatter of the residuals, with the penalty"
+        covariance = tied.covariance * slopes[:, :, None] * slopes[:, None, :]
+    elif system is not None and np.isfinite(covariance).all():
+        of_shared = covariance[0][np.ix_(system.places, system.places)]
+        modes = common_share(system, of_shared)
+        covariance = covariance - np.einsum("mwp,mwq->wpq", modes, modes)
+    return Part(name, "every value for itself", covariance, modes, is_common=False)
 
 
-def settle(
-    model: Model, coordinates: Array, limits: Array, bounds: Array
-) -> tuple[Array, npt.NDArray[np.bool_]]:
+def _slopes(model: Model, vector: Array) -> Array:
+    """Return the derivatives (W, P) of parameters by their coordinates."""
+    return np.stack([row.slope(vector[:, j]) for j, row in enumerate(model.parameters)], axis=1)
+
+
+def _tied(part: Part, slopes: Array, tied: Tied | None) -> Part:
+    """Return a part as a penalty on neighbours lets it through."""
+    if tied is None or len(part.modes) == 0:
+        return part
+    safe = np.where(slopes == 0.0, 1.0, slopes)
+    return replace(part, modes=tied.answer(part.modes / safe) * slopes)
+
+
+def settle(model: Model, coordinates: Array, limits: Array, bounds: Array) -> tuple[Array, Mask]:
     """Turn coordinates (W, P) into parameters, those at a limit set to it exactly; say which they are.
 
     A parameter on a log scale that has reached the floor near 0 is 0.

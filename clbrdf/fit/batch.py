@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.seen import POINTS, library_of, upload_seen
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.lanes import Lanes, lanes_of
 from clbrdf.opencl.precision import Precision
@@ -50,7 +51,9 @@ def prepare_objective(
 
     device, dtype = problem.device, precision.dtype
     shape = lanes or lanes_of(device, dtype)
-    variant = Variant("objectives", problem.model, precision, shape, ("objective",))
+    library = library_of(problem.seen)
+    part = "points" if library == POINTS else "nodes"
+    variant = Variant("objectives", problem.model, precision, shape, ("objective", library), (part,))
     kernel, queue = cl.Kernel(build(device, variant), "objectives"), open_queue(device)
     (w, n), (k, p) = problem.size, parameters.shape[1:]
     groups = -(-k // shape.width)
@@ -60,7 +63,7 @@ def prepare_objective(
         queue.context, cl.mem_flags.WRITE_ONLY, w * groups * shape.width * np.dtype(dtype).itemsize
     )
     arguments: list[Any] = [
-        *(upload(device, problem.features, dtype), upload(device, problem.starts)),
+        *(*upload_seen(device, problem.seen, dtype), upload(device, problem.starts)),
         *(np.uint32(len(problem.starts) - 1), np.uint32(n)),
         *(upload(device, values, dtype) for values in (problem.target, problem.scale, sets)),
         out,

@@ -22,9 +22,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.blocks import bytes_each, evaluations_each
 from clbrdf.fit.polish import check_polish
 from clbrdf.fit.problem import Candidates, Problem
 from clbrdf.fit.reduced import Sums, best_amplitudes, best_linear
+from clbrdf.fit.thin import thinned
 from clbrdf.models.structure import Structure
 from clbrdf.progress import Report
 
@@ -32,6 +34,9 @@ Array = npt.NDArray[np.float64]
 
 MOST_INCIDENT = 12
 """Incident directions with an amplitude of their own; where there are more, neighbours share one."""
+
+MOST_DIRECTIONS = 1024
+"""On which spectra are projected; the polish takes all."""
 
 THREADS = 4
 """At work on chunks of wavelengths; a fixed number, so that chunks do not depend on the machine."""
@@ -77,6 +82,8 @@ class DictionarySettings:
         lobe hardly stands out of the noise.
     polish : "none", "single" or "double"
         How far the ends are polished; the usual way is to the last digit in double precision.
+    everywhere : bool
+        Search on all directions, however many; time and memory then grow with their number.
     """
 
     shapes: int = 16
@@ -84,6 +91,7 @@ class DictionarySettings:
     grid: bool = False
     deepen: bool = True
     polish: str = "double"
+    everywhere: bool = False
 
     def __post_init__(self) -> None:
         check_polish(self.polish)
@@ -93,7 +101,7 @@ class DictionarySettings:
 
     def cost(self, directions: int, _parameters: int) -> tuple[int, int]:
         """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
-        return 16 * directions, TYPICAL_PASSES * directions * self.starts
+        return bytes_each(directions), evaluations_each(directions, TYPICAL_PASSES * self.starts)
 
     def deeper(self) -> DictionarySettings | None:
         """Return the settings of the second look, None where there is none."""
@@ -106,6 +114,8 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     """Look up starts for every wavelength of a problem whose model has a structure."""
     structure = problem.model.structure
     assert structure is not None  # get_method has seen to it
+    if not settings.everywhere:
+        problem = thinned(problem, MOST_DIRECTIONS)
     w = problem.size[0]
     limits = problem.model.value_bounds(problem.lower[0], problem.upper[0])
     places = problem.model.places

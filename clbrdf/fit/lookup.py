@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.fit.blocks import bytes_each, evaluations_each
 from clbrdf.fit.chains import free_linear, search_library
 from clbrdf.fit.parts import in_order
 from clbrdf.fit.polish import check_polish
@@ -72,12 +73,15 @@ class LookupSettings:
         Look again, four times as widely, where the ends of the polish disagree.
     polish : "none", "single" or "double"
         How far the ends are polished; the usual way is to the last digit in double precision.
+    everywhere : bool
+        Search on all directions, however many; time and memory then grow with their number.
     """
 
     shapes: int = 1024
     starts: int = 12
     deepen: bool = True
     polish: str = "double"
+    everywhere: bool = False
 
     def __post_init__(self) -> None:
         check_polish(self.polish)
@@ -89,7 +93,7 @@ class LookupSettings:
         """Return bytes, and model evaluations of the longest launch, that one wavelength takes."""
         shapes = self.shapes << MOST_DOUBLINGS
         passes = max(shapes, 2 * TYPICAL_PASSES * self.starts)
-        return 16 * directions + 64 * shapes, passes * directions
+        return bytes_each(directions) + 64 * shapes, evaluations_each(directions, passes)
 
     def deeper(self) -> LookupSettings | None:
         """Return the settings of the second look, None where there is none."""
@@ -108,7 +112,7 @@ def search(problem: Problem, settings: LookupSettings, _seed: int, report: Repor
     """
     w = problem.size[0]
     shapes = shape_set(problem, settings.shapes)
-    energy, linear = look_up(thinned(problem, MOST_DIRECTIONS), shapes)
+    energy, linear = look_up(problem if settings.everywhere else thinned(problem, MOST_DIRECTIONS), shapes)
     report(1, 1)
     searched = [j for j in problem.free if j not in problem.model.linear]
     unit = _unit(problem, shapes)[:, searched]

@@ -21,15 +21,15 @@ def normal_equations(problem: Problem, q: Array) -> tuple[Array, Array, Array]:
     model = problem.model
     w, p = q.shape
     energy, h, H = np.empty(w), np.empty((w, p)), np.empty((w, p, p))
-    size = max(1, CHUNK_BYTES // (8 * p * problem.size[1]))
+    size = max(1, CHUNK_BYTES // (8 * p * len(problem.seen.features)))
     parameters = model.from_coordinates(q)
     slopes = np.stack([row.slope(parameters[:, j]) for j, row in enumerate(model.parameters)], axis=1)
     for first in range(0, w, size):
         rows = slice(first, first + size)
         s = problem.scale[rows]
-        residual = np.where(s > 0.0, s * model.brdf(parameters[rows, None, :], problem.features), 0.0)
+        residual = np.where(s > 0.0, s * problem.seen.brdf(parameters[rows, None, :]), 0.0)
         residual -= problem.target[rows]
-        jacobian = model.jacobian(parameters[rows, None, :], problem.features)
+        jacobian = problem.seen.jacobian(parameters[rows, None, :])
         jacobian *= s[..., None] * slopes[rows, None, :]
         jacobian[s == 0.0] = 0.0
         across = np.swapaxes(jacobian, 1, 2)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.seen import POINTS, library_of, upload_seen
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload, work_group
@@ -33,6 +34,12 @@ ROUGH_ITERATIONS = 12
 ROUGH_TOLERANCE = 1e-3
 """Of the way in single precision, whose E is good to about 1e-6, or to 1e-3 where E is below 1e-9."""
 
+FIRST_DAMPING = 1e-3
+"""Of the Levenberg–Marquardt system, scaled to a unit diagonal."""
+
+NEAR_DAMPING = 1e-6
+"""From starts that are known to be near the optimum."""
+
 AS_LOW = 1e-6
 """Ends within this share of the lowest E have come to the same optimum."""
 
@@ -42,6 +49,12 @@ EXACT = 1e-24
 CLEARLY_HIGHER = 1.1
 """Ends of the first way above this many times the lowest are given up."""
 
+
+NEAR, ALIKE = 1e-2, 1e-3
+"""Ends of the first way within these shares of each coordinate's range, and of E, have come together."""
+
+MOST_TWINNED = 4
+"""Different ends, the lowest first, whose twins are looked for."""
 
 DEPTHS = ("none", "single", "double")
 """How far a polish goes: not at all, to what single precision can tell, to the last digit."""
@@ -88,7 +101,7 @@ def polish(
         The device has no fp64, or cannot build or run the kernel.
     """
     if depth == "none":
-        return _judged(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
+        return left_as_they_are(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
     rough = descend(
         problem, starts, get_precision("fast:6"), rough_iterations or ROUGH_ITERATIONS, ROUGH_TOLERANCE
     )
@@ -97,22 +110,57 @@ def polish(
     q = np.where(usable[..., None], rough.coordinates, starts)
     given_up = (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True)) & usable
     if depth == "single":
-        return _judged(problem, q, rough.evaluations + 1)
+        return left_as_they_are(problem, q, rough.evaluations + 1)
     ends = Polished(q, energy, rough.evaluations, np.zeros_like(given_up))
+    twin_of = _twins(problem, q, energy, ~given_up)
+    alone = ~given_up & (twin_of == np.arange(starts.shape[1]))
     if not 0 < first < starts.shape[1]:
-        return _to_the_end(problem, ends, ~given_up, np.zeros_like(given_up))
+        return _with_twins(_to_the_end(problem, ends, alone, np.zeros_like(given_up)), twin_of)
     rank = np.argsort(np.argsort(energy, axis=1, kind="stable"), axis=1, kind="stable")
     early = ~given_up & (rank < first)
-    ends = _to_the_end(problem, ends, early, np.zeros_like(given_up))
-    agreed = (_as_low(ends.objective, early) == early).all(axis=1, keepdims=True)
-    ends = _to_the_end(problem, ends, ~given_up & ~early & ~agreed, early)
+    ends = _to_the_end(problem, ends, early & alone, np.zeros_like(given_up))
+    low = _as_low(_with_twins(ends, twin_of).objective, early)
+    agreed = (low == early).all(axis=1, keepdims=True)
+    ends = _with_twins(_to_the_end(problem, ends, alone & ~early & ~agreed, early & alone), twin_of)
     # E of single precision may round below that of double: it is no match for it.
     unasked = ~given_up & ~early & agreed
     return replace(ends, objective=np.where(unasked, np.inf, ends.objective))
 
 
+def _twins(problem: Problem, q: Array, energy: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Return for each end (W, K) of the first way the place of the lowest end that it has come together with.
+
+    Its own where there is none: so near each other, with E so alike, ends go on to the same optimum.
+    """
+    free = np.array(problem.free, dtype=np.intp)
+    span = np.maximum(problem.upper - problem.lower, 1e-300)[:, None, free]
+    rows, left = np.arange(len(q)), np.where(asked, energy, np.inf)
+    twin_of = np.broadcast_to(np.arange(q.shape[1]), energy.shape).copy()
+    for _ in range(MOST_TWINNED):
+        best = left.argmin(axis=1)
+        near = (np.abs(q[..., free] - q[rows, best][:, None, free]) <= NEAR * span).all(axis=-1)
+        alike = left <= left[rows, best][:, None] * (1.0 + ALIKE)
+        same = near & alike & np.isfinite(left)
+        twin_of = np.where(same, best[:, None], twin_of)
+        left = np.where(same, np.inf, left)
+    return twin_of
+
+
+def _with_twins(ends: Polished, twin_of: npt.NDArray[np.intp]) -> Polished:
+    """Return ends of which each is that of its twin."""
+    return Polished(
+        coordinates=np.take_along_axis(ends.coordinates, twin_of[..., None], axis=1),
+        objective=np.take_along_axis(ends.objective, twin_of, axis=1),
+        evaluations=ends.evaluations,
+        converged=np.take_along_axis(ends.converged, twin_of, axis=1),
+    )
+
+
 def _to_the_end(
-    problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], done: npt.NDArray[np.bool_]
+    problem: Problem,
+    ends: Polished,
+    moving: npt.NDArray[np.bool_],
+    done: npt.NDArray[np.bool_],
 ) -> Polished:
     """Descend in double precision, round by round, from the ends `moving`; those `done` are at their own."""
     rows, asked = np.arange(len(moving)), moving | done
@@ -146,7 +194,7 @@ def _as_low(objective: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bo
     return np.asarray(asked & (judged <= level))
 
 
-def _judged(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:
+def left_as_they_are(problem: Problem, ends: Array, evaluations: npt.NDArray[np.int64]) -> Polished:
     """Return ends (W, K, P) as they are, with their E in double precision."""
     energy = batch_objective(problem, problem.model.from_coordinates(ends), get_precision("double"))
     return Polished(ends, energy, evaluations, np.zeros(energy.shape, dtype=np.bool_))
@@ -159,8 +207,13 @@ def descend(
     most_iterations: int,
     tolerance: float,
     left_out: npt.NDArray[np.bool_] | None = None,
+    damping: float = FIRST_DAMPING,
+    across: bool | None = None,
 ) -> Polished:
     """Descend from starts (W, K, P) in one precision; those `left_out` (W, K) are not touched.
+
+    `across` says whether the lanes of a vector take wavelengths with one start each, or starts of one
+    wavelength.
 
     Raises
     ------
@@ -170,38 +223,63 @@ def descend(
     import pyopencl as cl
 
     device, dtype = problem.device, precision.dtype
-    variant = Variant.on(device, "polish", problem.model, precision, ("coordinates",), free=problem.free)
+    seen = library_of(problem.seen)
+    # A single start would leave the other lanes of a vector idle; nodes make that dear.
+    if across is None:
+        across = seen != POINTS and starts.shape[1] == 1
+    library, part = ("coordinates", seen), "wavelengths" if across else "starts"
+    variant = Variant.on(device, "polish", problem.model, precision, library, (part,), problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)
-    (w, n), k, p = problem.size, starts.shape[1], starts.shape[2]
-    groups, width = -(-k // variant.lanes.width), variant.lanes.width
+    (w, n), k, width = problem.size, starts.shape[1], variant.lanes.width
+    data = [problem.target, problem.scale, problem.lower, problem.upper]
+    if across:
+        data = [_packed(values, width) for values in data]
+        lanes = _packed(starts[:, 0], width)[:, None]
+    else:
+        lanes = np.stack([_packed(one, width) for one in starts])
     # Lanes without a start of their own repeat the first, and stay where they are.
-    places = np.where(np.arange(groups * width) < k, np.arange(groups * width), 0)
-    lanes = starts[:, places].reshape(w, groups, width, p).transpose(0, 1, 3, 2)
-    done = np.ones((w, groups * width), dtype=dtype)
-    done[:, :k] = 0.0 if left_out is None else left_out
+    still = np.ones((lanes.shape[0], lanes.shape[1] * width))
+    given = np.zeros((w, k)) if left_out is None else left_out
+    if across:
+        still.reshape(-1)[:w] = given[:, 0]
+    else:
+        still[:, :k] = given
 
     def in_and_out(values: npt.NDArray[np.floating]) -> cl.Buffer:
         flags = cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR
         return cl.Buffer(queue.context, flags, hostbuf=np.ascontiguousarray(values, dtype=dtype))
 
-    q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * done, 0.0 * done, done)]
-    rows, groups_of_rows = upload(device, problem.features, dtype), upload(device, problem.starts)
-    data = [upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower, problem.upper)]
+    q, ends = in_and_out(lanes), [in_and_out(values) for values in (0.0 * still, 0.0 * still, still)]
     sizes = np.uint32(len(problem.starts) - 1), np.uint32(n)
+    # Held by name until the kernel has run: it does not hold them itself.
+    observed, groups = upload_seen(device, problem.seen, dtype), upload(device, problem.starts)
+    buffers = [upload(device, values, dtype) for values in data]
     kernel(
-        *(queue, (groups, w), work_group(device, 2), rows, groups_of_rows, *sizes),
-        *(*data, np.uint32(most_iterations), dtype(tolerance), q, *ends),
+        *(queue, lanes.shape[1::-1], work_group(device, 2), *observed, groups, *sizes, *buffers),
+        *(np.uint32(most_iterations), dtype(tolerance), dtype(damping), q, *ends),
     )
-    host_q = np.empty((w, groups, p, width), dtype=dtype)
-    host_ends = [np.empty((w, groups * width), dtype=dtype) for _ in range(3)]
+    host_q = np.empty(lanes.shape, dtype=dtype)
+    host_ends = [np.empty(still.shape, dtype=dtype) for _ in range(3)]
     for host, buffer in zip((host_q, *host_ends), (q, *ends), strict=True):
         cl.enqueue_copy(queue, host, buffer)
-    objective, iterations, stopped = (a[:, :k] for a in host_ends)
-    ends_q = host_q.transpose(0, 1, 3, 2).reshape(w, groups * width, p)[:, :k].astype(np.float64)
+    p = starts.shape[2]
+    if across:
+        objective, iterations, stopped = (a.reshape(-1, 1)[:w] for a in host_ends)
+        ends_q = host_q.swapaxes(2, 3).reshape(-1, 1, p)[:w]
+    else:
+        objective, iterations, stopped = (a.reshape(w, -1)[:, :k] for a in host_ends)
+        ends_q = host_q.swapaxes(2, 3).reshape(w, -1, p)[:, :k]
     return Polished(
         # The limits themselves may not be numbers of single precision.
-        coordinates=np.clip(ends_q, problem.lower[:, None], problem.upper[:, None]),
+        coordinates=np.clip(ends_q.astype(np.float64), problem.lower[:, None], problem.upper[:, None]),
         objective=objective.astype(np.float64),
         evaluations=iterations.astype(np.int64),
         converged=stopped > 0.0,
     )
+
+
+def _packed(values: Array, width: int) -> Array:
+    """Return rows (R, C) as lanes of vectors, (R / width, C, width); lanes to spare repeat the first row."""
+    r, c = values.shape
+    places = np.arange(-(-r // width) * width)
+    return values[np.where(places < r, places, 0)].reshape(-1, width, c).swapaxes(1, 2)

@@ -2,30 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.geometry import mirror_distance
+from clbrdf.fit.layout import Layout, layout_of
+from clbrdf.fit.sample import Sample
 from clbrdf.models import Model
-from clbrdf.objective import residual_scale
+from clbrdf.objective import scale_residuals
+from clbrdf.observation import ForwardModel, Observation
 from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
+
+BLOCK = 1 << 14
+"""Directions up to which a matrix is put in order as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
     """Minimise E = Σ (s f(x) − s m)² (13) at each of W wavelengths, within limits.
 
+    Searches take each direction as a point; what is compared to the last digit is what the detector sees.
+
     Attributes
     ----------
     model : Model
     features : (N, F) float64
         Geometry features of the directions, those with one incident direction side by side.
+    seen : ForwardModel
+        What the detector sees in them, N.
     starts : (I + 1,) uint32
         Where each group of one incident direction begins; last, N.
     target : (W, N) float64
@@ -43,10 +53,15 @@ class Problem:
         numbers whatever else is in the scan.
     device : Device
         Runs the kernels.
+    order : (N,) int
+        Place of each direction in the scan.
+    sample : Sample or None
+        Directions on which many are searched, where they are chosen already.
     """
 
     model: Model
     features: Array
+    seen: ForwardModel
     starts: npt.NDArray[np.uint32]
     target: Array
     scale: Array
@@ -56,6 +71,8 @@ class Problem:
     mirror: Array
     keys: npt.NDArray[np.uint32]
     device: Device
+    order: npt.NDArray[np.intp]
+    sample: Sample | None = None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -110,6 +127,9 @@ def make_problem(
     bounds: Array,
     device: Device,
     given: Mapping[str, Array] | None = None,
+    observation: Observation | None = None,
+    layout: Layout | None = None,
+    places: npt.NDArray[np.intp] | None = None,
 ) -> Problem:
     """Return the problem that a scan poses.
 
@@ -124,28 +144,52 @@ def make_problem(
     device : Device
     given : mapping of str to (W,) array
         Parameters that are not fitted.
+    observation : Observation, optional
+        What the detector sees in the N directions; points if not given.
+    layout : Layout, optional
+        Of the scan's directions, where it is known from another block of wavelengths.
+    places : (B,) int, optional
+        Of the wavelengths of the problem; all if not given.
     """
-    known = dict(given or {})
-    limits = np.repeat(model.coordinate_bounds(bounds)[None], len(scan.wavelength), axis=0)
+    wanted = np.arange(len(scan.wavelength)) if places is None else places
+    known = {name: values[wanted] for name, values in (given or {}).items()}
+    limits = np.repeat(model.coordinate_bounds(bounds)[None], len(wanted), axis=0)
     for j, row in enumerate(model.parameters):
         if row.name in known:
             limits[:, j] = row.to_coordinate(known[row.name])[:, None]
-    features = model.features(scan.directions)
-    _, group = np.unique(features[:, : model.incident_features], axis=0, return_inverse=True)
-    group = group.ravel()
-    order = np.argsort(group, kind="stable")
-    scale = residual_scale(scan, weights)[order]
-    measured = np.where(scale > 0.0, scan.brdf[order], 0.0)
+    at = layout or layout_of(model, scan.directions, observation)
+    target, scale = columns_of((scan.brdf, weights), at.order, wanted)
+    scale_residuals(target, scale)
     return Problem(
         model=model,
-        features=features[order],
-        starts=np.append(0, np.cumsum(np.bincount(group))).astype(np.uint32),
-        target=np.ascontiguousarray((scale * measured).T),
-        scale=np.ascontiguousarray(scale.T),
+        features=at.features,
+        seen=at.seen,
+        starts=at.starts,
+        target=target,
+        scale=scale,
         lower=np.ascontiguousarray(limits[..., 0]),
         upper=np.ascontiguousarray(limits[..., 1]),
         free=tuple(j for j, row in enumerate(model.parameters) if row.name not in known),
-        mirror=mirror_distance(scan.directions)[order],
-        keys=scan.column_keys,
+        mirror=at.mirror,
+        keys=scan.column_keys[wanted],
         device=device,
+        order=at.order,
+        sample=at.sample,
     )
+
+
+def columns_of(
+    matrices: Sequence[npt.NDArray[np.generic]], order: npt.NDArray[np.intp], places: npt.NDArray[np.intp]
+) -> list[Any]:
+    """Return columns of matrices (N, W) as rows (B, N) of fp64, directions in an order."""
+    out = [np.empty((len(places), len(order))) for _ in matrices]
+    if len(order) > BLOCK:  # column by column: the rows of a part are more than the cache holds
+        for values, matrix in zip(out, matrices, strict=True):
+            for row, place in zip(values, places, strict=True):
+                row[:] = np.take(matrix[:, place], order)
+        return out
+    first, last = int(places[0]), int(places[-1]) + 1
+    columns = slice(first, last) if last - first == len(places) else places
+    for values, matrix in zip(out, matrices, strict=True):
+        values[:] = matrix[order][:, columns].T
+    return out

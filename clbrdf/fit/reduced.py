@@ -19,6 +19,13 @@ from clbrdf.fit.box import box_minimum
 Array = npt.NDArray[np.float64]
 
 
+TILE = 1 << 18
+"""Multiplications of one tile of a product; eight rows side by side are what such a library works on."""
+
+LOBES = 64
+"""Columns of a tile."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sums:
     """Sums over directions at W wavelengths, for K lobes and I groups of incident directions.
@@ -51,14 +58,15 @@ class Sums:
         if np.allclose(unit, unit[0], rtol=1e-12, atol=0.0):
             unit = unit[:1]
         squares = unit**2
-        groups = range(group.max() + 1)
-        parts = [lobes[:, group == i].T for i in groups]
+        groups = [np.flatnonzero(group == i) for i in range(group.max() + 1)]
+        parts = [np.ascontiguousarray(lobes[:, places].T) for places in groups]
+        pairs = list(zip(groups, parts, strict=True))
         return cls(
-            one_one=np.stack([squares[:, group == i].sum(axis=1) for i in groups]),
-            lobe_lobe=np.stack([squares[:, group == i] @ parts[i] ** 2 for i in groups]),
-            lobe_one=np.stack([squares[:, group == i] @ parts[i] for i in groups]),
-            lobe_data=np.stack([measured[:, group == i] @ parts[i] for i in groups]),
-            one_data=np.stack([measured[:, group == i].sum(axis=1) for i in groups]),
+            one_one=np.stack([squares[:, places].sum(axis=1) for places in groups]),
+            lobe_lobe=np.stack([product(squares[:, places], part**2) for places, part in pairs]),
+            lobe_one=np.stack([product(squares[:, places], part) for places, part in pairs]),
+            lobe_data=np.stack([product(measured[:, places], part) for places, part in pairs]),
+            one_data=np.stack([measured[:, places].sum(axis=1) for places in groups]),
             data_data=(data**2).sum(axis=1),
         )
 
@@ -70,6 +78,24 @@ class Sums:
             lobe_one=np.take_along_axis(self.lobe_one, chosen[None], axis=2),
             lobe_data=np.take_along_axis(self.lobe_data, chosen[None], axis=2),
         )
+
+
+def product(left: Array, right: Array) -> Array:
+    """Return left (W, N) times right (N, K), in tiles of one size, whatever W is.
+
+    Each row then is summed in the same order, and no tile is large enough for a library of linear algebra to
+    spread it over threads of its own, which would wait for each other beside ours.
+    """
+    (w, n), k = left.shape, right.shape[1]
+    rows = 8 * max(1, TILE // (8 * LOBES * n))
+    tall, wide = -(-w // rows), -(-k // LOBES)
+    a = np.zeros((tall * rows, n))
+    a[:w] = left
+    b = np.zeros((n, wide * LOBES))
+    b[:, :k] = right
+    tiles = a.reshape(tall, 1, rows, n) @ b.reshape(n, wide, LOBES).transpose(1, 0, 2).copy()[None]
+    out: Array = tiles.transpose(0, 2, 1, 3).reshape(tall * rows, wide * LOBES)[:w, :k]
+    return out
 
 
 def best_amplitudes(sums: Sums) -> tuple[Array, Array]:

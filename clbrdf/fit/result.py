@@ -5,44 +5,37 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.geometry import Directions, read_only
-from clbrdf.models import Model, remade
+from clbrdf.fit import storage
+from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.goodness import misfit
+from clbrdf.fit.montecarlo import MonteCarlo
+from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
+from clbrdf.fit.remarks import Remarks, remarks_of
+from clbrdf.fit.tables import report
+from clbrdf.geometry import Directions
+from clbrdf.models import Model
+from clbrdf.records import Record, frozen_map
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
-from clbrdf.storage.schema import check_sizes
 
 if TYPE_CHECKING:
     import h5py
 
 Array = npt.NDArray[np.float64]
 
-STATUSES = ("converged", "at bound", "ambiguous", "not converged", "no data")
-"""What a status says of one wavelength:
-
-converged
-    a stationary point inside the limits, and the data tell the parameters apart
-at bound
-    the same, with at least one parameter at its limit
-ambiguous
-    a stationary point, but other parameters fit as well: too few points or incident angles, or no
-    specular part
-not converged
-    the polish ran out of iterations, or was asked to stop early (a tolerance)
-no data
-    every value is masked; the parameters are NaN
-"""
+__all__ = ["STATUSES", "Fit"]
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Record):
     """A model fitted to a scan at W wavelengths; immutable.
 
     Attributes
@@ -50,103 +43,170 @@ class Fit:
     scan : Scan
         What was fitted.
     model : Model
-    parameters, sigma : mapping of str to (W,) float64
-        Best values and their standard uncertainties, by name, in the units of the model's table. An
-        uncertainty is NaN at a bound and infinite where the data cannot tell.
-    objective : (W,) float64
-        E of (13) with the weights used.
-    relative_rms : (W,) float64
-        σ_r of (14) over all directions.
-    relative_rms_by_incident_angle : (I, W) float64
-        σ_r of (14) for each of ``scan.incident_angles``.
+    setup : Setup
+        What was asked: weights, limits, fixed and shared parameters, method, seed.
+    estimate : Estimate
+        Parameters, their uncertainties and correlations as arrays.
+    goodness : Goodness
+        E of (13), σ_r of (14), χ²/ν, and what deviations along θr and from repeats say.
+    search : Search
+        How the parameters were found, and where.
     status : (W,) str
         One of STATUSES.
-    correlation : (W, P, P) float64
-        Of the parameters' uncertainties; NaN where one of the two has none.
-    condition : (W,) float64
-        Condition number of the weighted derivatives, columns scaled to unit length; infinite where the
-        data cannot tell parameters apart.
-    remarks : tuple of str
-        For each wavelength what the data leave open there, in words; "" where nothing.
-    evaluations : (W,) int64
-        Evaluations of E, search and polish together.
-    starts, agreeing : (W,) int64
-        Starts of the polish, and how many of them ended at the E that is reported.
-    acceptance : (W,) float64
-        Share of proposed moves taken, NaN for methods that propose none.
-    not_finite : (W,) int64
-        Evaluations that were not finite and therefore refused.
-    weights : (N, W) float64
-        g of (13).
-    bounds : (P, 2) float64
-    method, device : str
-        What searched, and where it ran.
-    seed : int
-    given : tuple of str
-        Parameters that were not fitted: fixed, or the wavelength itself. They have no uncertainty (NaN).
-    shared : tuple of str
-        Parameters that are one number for all wavelengths, fitted to all of them together; `starts` and
-        `agreeing` then count walks to the joint optimum.
     provenance : mapping of str to str
-        Program version, settings, hash of the input.
-    tolerance : tuple of str
-        Which search a tolerance chose, and what the next better one costs; empty without one. Not saved,
-        as `seconds`.
-    seconds : float
-        Wall time of the fit. Not saved: a file holds only what input, settings and seed determine.
+        Program version, settings, hash of the input; for readers, nothing in the program reads it.
+    monte_carlo : MonteCarlo or None
+        Coverage intervals from draws, where they were asked for.
     """
 
     scan: Scan
     model: Model
-    parameters: Mapping[str, Array]
-    sigma: Mapping[str, Array]
-    objective: Array
-    relative_rms: Array
-    relative_rms_by_incident_angle: Array
+    setup: Setup
+    estimate: Estimate
+    goodness: Goodness
+    search: Search
     status: npt.NDArray[np.str_]
-    correlation: Array
-    condition: Array
-    remarks: tuple[str, ...]
-    evaluations: npt.NDArray[np.int64]
-    starts: npt.NDArray[np.int64]
-    agreeing: npt.NDArray[np.int64]
-    acceptance: Array
-    not_finite: npt.NDArray[np.int64]
-    weights: Array
-    bounds: Array
-    method: str
-    device: str
-    seed: int
-    given: tuple[str, ...] = ()
-    shared: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
-    tolerance: tuple[str, ...] = ()
-    seconds: float = float("nan")
-
-    def __post_init__(self) -> None:
-        for name in ("parameters", "sigma"):
-            values = {key: read_only(np.asarray(value)) for key, value in getattr(self, name).items()}
-            object.__setattr__(self, name, MappingProxyType(values))
-        object.__setattr__(self, "remarks", tuple(self.remarks))
-        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
-        for name in ARRAYS:
-            read_only(getattr(self, name))
+    monte_carlo: MonteCarlo | None = None
 
     @property
     def wavelength(self) -> Array:
         """(W,), nm."""
         return self.scan.wavelength
 
+    @cached_property
+    def parameters(self) -> Mapping[str, Array]:
+        """Best values (W,) by name, in the units of the model's table."""
+        return self._named(self.estimate.vector)
+
+    @cached_property
+    def sigma(self) -> Mapping[str, Array]:
+        """Standard uncertainties (W,) by name; NaN at a bound, infinite where the data cannot tell."""
+        return self._named(self.estimate.sigma)
+
+    @cached_property
+    def intervals(self) -> Mapping[str, Array]:
+        """Profile-likelihood intervals of 68.3 % (W, 2) by name; empty unless the fit was asked for them.
+
+        An end that stands at a limit of the parameter is the limit itself.
+        """
+        lower, upper = self.estimate.lower, self.estimate.upper
+        if lower is None or upper is None:
+            return frozen_map({})
+        ends = np.stack([lower, upper], axis=-1)
+        return frozen_map({name: ends[:, j].copy() for j, name in enumerate(self.model.names)})
+
+    def _named(self, values: Array) -> Mapping[str, Array]:
+        return frozen_map({name: values[:, j].copy() for j, name in enumerate(self.model.names)})
+
     @property
     def vector(self) -> Array:
         """Parameters in table order, (W, P)."""
-        return np.stack([self.parameters[name] for name in self.model.names], axis=-1)
+        return self.estimate.vector
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations of the uncertainties, (W, P, P); NaN where one of two parameters has none."""
+        return self.estimate.correlation
+
+    def budget(self, name: str) -> Mapping[str, Array]:
+        """Return what makes the error bar of a parameter: 1σ (W,) by component.
+
+        The squares add up to that of ``sigma[name]``, where it has one.
+
+        Raises
+        ------
+        InputError
+            The model has no such parameter.
+        """
+        place = self._place(name)
+        parts = self.estimate.parts
+        return frozen_map(
+            {part.name: np.sqrt(np.maximum(part.covariance[:, place, place], 0.0)) for part in parts}
+        )
+
+    def mean(self, name: str, weights: npt.ArrayLike | None = None) -> Mean:
+        """Return the mean of a parameter over wavelengths, its error bar with the correlations between them.
+
+        Parameters
+        ----------
+        name : str
+        weights : (W,) array, optional
+            Not negative; the same for all wavelengths if not given. Wavelengths where the parameter has no
+            uncertainty, at a bound or undetermined, are left out.
+
+        Raises
+        ------
+        InputError
+            The model has no such parameter; weights of another shape or sign.
+        """
+        place = self._place(name)
+        w = len(self.wavelength)
+        share = np.ones(w) if weights is None else np.asarray(weights, dtype=np.float64)
+        if share.shape != (w,) or not (share >= 0.0).all():
+            raise InputError(f"weights of a mean have shape {share.shape}; give {w} that are not negative")
+        values, sigma = self.estimate.vector[:, place], self.estimate.sigma[:, place]
+        return mean_over(self.estimate.parts, values, sigma, place, share)
+
+    def _place(self, name: str) -> int:
+        if name not in self.model.names:
+            raise InputError(
+                f"{self.model.name} has no parameter {name!r}; it has {', '.join(self.model.names)}"
+            )
+        return self.model.names.index(name)
+
+    @property
+    def objective(self) -> Array:
+        """E of (13) with the weights used, (W,)."""
+        return self.goodness.objective
+
+    @property
+    def relative_rms(self) -> Array:
+        """σ_r of (14) over all directions, (W,)."""
+        return self.goodness.relative_rms
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Parameters that were not fitted: fixed, or the wavelength itself."""
+        return tuple(self.setup.fixed)
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """Parameters that are one number for all wavelengths."""
+        return self.setup.shared
+
+    @cached_property
+    def remarks(self) -> tuple[Remarks, ...]:
+        """For each wavelength what has to be known beside its parameters; empty where nothing."""
+        return remarks_of(self)
+
+    @property
+    def chi2_reduced(self) -> Array:
+        """χ²/ν with the scan's uncertainties, (W,); NaN where they are not known."""
+        return self.goodness.chi2_reduced
+
+    @property
+    def misfit(self) -> npt.NDArray[np.bool_]:
+        """Where the model does not describe the data, (W,): their uncertainties or repeats say so."""
+        return misfit(self.goodness)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
 
     def evaluate(self, directions: Directions | None = None) -> Array:
         """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
         return out
+
+    def report(self, width: int = 100) -> str:
+        """Return the fit as text of at most `width` characters: tables, how it went, and remarks.
+
+        Values stand with their standard uncertainty in the last digits, 0.02562(13).
+        """
+        return report(self, width)
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:
         """Write the fit with its scan as a NeXus HDF5 file, whole or not at all.
@@ -168,12 +228,12 @@ class Fit:
         with hdf5.create_file(path, "fit", title, overwrite) as file:
             entry = file["entry"]
             self.scan.write(entry)
-            _write(self, hdf5.group(entry, "fit", "NXprocess"))
+            storage.write(self, hdf5.group(entry, "fit", "NXprocess"))
             yield entry
 
     @classmethod
     def open(cls, path: str | Path) -> Fit:
-        """Read a fit file.
+        """Read a fit file, of this version or an earlier one.
 
         Raises
         ------
@@ -183,113 +243,6 @@ class Fit:
         with hdf5.open_file(path) as file:
             hdf5.check_content(file, "fit")
             try:
-                entry = hdf5.find_entry(file, path)
-                check_sizes(entry)
-                return _read(entry)
+                return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
-            except (AttributeError, IndexError, TypeError, ValueError) as error:
-                # An array of another shape or type than a fit has.
-                raise InputError(f"{path}: the fit in it is damaged ({error}); make it again") from error
-
-
-ARRAYS = (
-    "objective",
-    "relative_rms",
-    "relative_rms_by_incident_angle",
-    "status",
-    "correlation",
-    "condition",
-    "evaluations",
-    "starts",
-    "agreeing",
-    "acceptance",
-    "not_finite",
-    "weights",
-    "bounds",
-)
-"""Attributes of a Fit that are arrays and go to the file under their own names."""
-
-
-def _write(fit: Fit, group: h5py.Group) -> None:
-    group["program"] = "clbrdf"
-    for name in ("method", "device"):
-        group[name] = getattr(fit, name)
-    group["model"] = fit.model.name
-    group["given"] = list(fit.given)
-    group["shared"] = list(fit.shared)
-    group["seed"] = fit.seed
-    data = hdf5.group(group, "parameters", "NXdata")
-    keys = [_key(name) for name in fit.model.names]
-    data.attrs["signal"], data.attrs["auxiliary_signals"] = keys[0], keys[1:]
-    data.attrs["axes"] = ["wavelength"]
-    hdf5.field(data, "wavelength", fit.wavelength, "nm", "wavelength")
-    for row in fit.model.parameters:
-        key = _key(row.name)
-        hdf5.field(data, key, fit.parameters[row.name], row.unit, row.meaning)
-        hdf5.field(data, f"{key}_errors", fit.sigma[row.name], row.unit, f"1σ of {row.name}")
-    hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
-    for name in ARRAYS:
-        if name == "status":
-            codes = np.array([STATUSES.index(str(s)) for s in fit.status], dtype=np.uint8)
-            hdf5.field(group, name, codes, "").attrs["names"] = list(STATUSES)
-        else:
-            hdf5.field(group, name, getattr(fit, name), "1")
-    group["remarks"] = list(fit.remarks)
-    hdf5.write_mapping(group, "provenance", fit.provenance)
-
-
-def _read(entry: h5py.Group) -> Fit:
-    group = entry["fit"]
-    data = group["parameters"]
-    model = _model_of(hdf5.read_text(group, "model"), data)
-    arrays = {name: group[name][()] for name in ARRAYS if name != "status"}
-    names = [str(name) for name in group["status"].attrs["names"]]
-    return Fit(
-        scan=Scan.read(entry),
-        model=model,
-        parameters={name: data[_key(name)][()] for name in model.names},
-        sigma={name: data[f"{_key(name)}_errors"][()] for name in model.names},
-        given=_names(group, "given"),
-        shared=_names(group, "shared"),
-        remarks=tuple(text.decode() for text in group["remarks"][()]),
-        status=np.array([names[code] for code in group["status"][()]]),
-        method=hdf5.read_text(group, "method"),
-        device=hdf5.read_text(group, "device"),
-        seed=int(group["seed"][()]),
-        provenance=hdf5.read_mapping(group, "provenance"),
-        **arrays,
-    )
-
-
-def _key(name: str) -> str:
-    """Name of a parameter in the file, where "wavelength" is the axis."""
-    return "wavelength_of_model" if name == "wavelength" else name
-
-
-def _names(group: h5py.Group, name: str) -> tuple[str, ...]:
-    """Names that a file of an earlier version does not hold."""
-    return tuple(text.decode() for text in group[name][()]) if name in group else ()
-
-
-def _model_of(name: str, data: h5py.Group) -> Model:
-    """Return the model of a file by its name.
-
-    Raises
-    ------
-    InputError
-        It is a page of one's own that is not found, or that has changed its parameters.
-    """
-    try:
-        model = remade(name)
-    except InputError as error:
-        raise InputError(
-            f"its model {name!r} cannot be made: {error}. If a page of yours is part of it, name its folder"
-            " in the environment variable CLBRDF_MODELS"
-        ) from error
-    missing = [row for row in model.names if _key(row) not in data]
-    if missing:
-        raise InputError(
-            f"its model {name!r} had other parameters when it was fitted: {missing[0]} is not in the file"
-        )
-    return model

@@ -13,35 +13,53 @@ Source: Björck, Numerical Methods for Least Squares Problems (1996), section 6.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.shared import inverse_of
-from clbrdf.fit.uncertainty import CHUNK_BYTES, SMALLEST_EIGENVALUE, Uncertainty
-from clbrdf.models import Model
+from clbrdf.fit.uncertainty import CHUNK_BYTES, SMALLEST_EIGENVALUE, Uncertainty, with_covariance
+from clbrdf.observation import ForwardModel
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
+@dataclass(frozen=True, eq=False)
+class SharedSystem:
+    """How S shared parameters answer: δ = S⁻¹ Σ_w UᵀG ε_w, and the others −T δ.
+
+    Attributes
+    ----------
+    places : (S,) int
+        Of the shared parameters that are off their bounds.
+    follow : (W, P, S) float64
+        T.
+    inner : (S, S) float64
+        S⁻¹, with weights relative to the largest.
+    """
+
+    places: npt.NDArray[np.intp]
+    follow: Array
+    inner: Array
+
+
 def shared_uncertainty(
-    model: Model,
-    features: Array,
+    seen: ForwardModel,
     parameters: Array,
     own: Mask,
     shared: npt.NDArray[np.intp],
     residuals: Array,
     weights: Array,
     sigma: Array | None,
-) -> tuple[Array, Mask]:
+) -> tuple[Array, Mask, SharedSystem]:
     """Return the covariance (W, P, P) of the parameters at each wavelength, and which shared ones are open.
 
     Parameters
     ----------
-    model : Model
-    features : (N, F) float64
+    seen : ForwardModel
+        Of the N directions.
     parameters : (W, P) float64
         At the optimum.
     own : (W, P) bool
@@ -59,6 +77,7 @@ def shared_uncertainty(
         0 in rows and columns of parameters that are neither own nor shared.
     (S,) bool
         Shared parameters that the data cannot tell.
+    SharedSystem
     """
     w, p = parameters.shape
     g = weights / weights.max()
@@ -70,10 +89,10 @@ def shared_uncertainty(
     inverse, follow = np.empty((w, p, p)), np.empty((w, p, count))
     spread, cross = np.empty((w, p, p)), np.empty((w, p, count))
     system, sandwich, whole = np.zeros((count, count)), np.zeros((count, count)), np.zeros(count)
-    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
+    size = max(1, CHUNK_BYTES // (8 * p * len(seen.features)))
     for first in range(0, w, size):
         rows = slice(first, first + size)
-        jacobian = model.jacobian(parameters[rows, None, :], features) * np.sqrt(g[rows])[..., None]
+        jacobian = seen.jacobian(parameters[rows, None, :]) * np.sqrt(g[rows])[..., None]
         jacobian[~used[rows]] = 0.0
         K = jacobian[..., shared]
         J = np.where(own[rows, None, :], jacobian, 0.0)
@@ -107,36 +126,30 @@ def shared_uncertainty(
     covariance[:, shared, :] = np.swapaxes(covariance[:, :, shared], 1, 2)
     covariance[:, shared[:, None], shared] = of_shared
     covariance[~np.isfinite(level) & (not known)] = np.inf
-    return covariance, is_open
+    return covariance, is_open, SharedSystem(shared, follow, inner)
 
 
-def with_shared(
-    alone: Uncertainty, covariance: Array, is_open: Mask, shared: npt.NDArray[np.intp]
-) -> Uncertainty:
+def with_shared(alone: Uncertainty, covariance: Array, is_open: Mask, system: SharedSystem) -> Uncertainty:
     """Return the uncertainties of wavelengths whose shared parameters are not known but fitted.
 
     Parameters
     ----------
     alone : Uncertainty
         Of the parameters of each wavelength, the shared ones held.
-    covariance, is_open
+    covariance, is_open, system
         From `shared_uncertainty`.
-    shared : (S,) int
     """
-    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
-    undetermined = alone.undetermined.copy()
-    undetermined[:, shared] = is_open
-    fitted = ~np.isnan(alone.sigma)
-    fitted[:, shared] = True
-    sigma = np.where(undetermined, np.inf, np.where(fitted, deviation, np.nan))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
-    told = fitted & ~undetermined
-    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
-    return replace(
-        alone,
-        sigma=sigma,
-        correlation=correlation,
-        undetermined=undetermined,
-        determined=alone.determined & ~is_open.any(),
-    )
+    undetermined, held = alone.undetermined.copy(), np.isnan(alone.sigma)
+    undetermined[:, system.places], held[:, system.places] = is_open, False
+    determined = alone.determined & ~is_open.any()
+    told = replace(alone, undetermined=undetermined, determined=determined)
+    return with_covariance(told, covariance, held)
+
+
+def common_share(system: SharedSystem, of_shared: Array) -> Array:
+    """Return the modes (S, W, P) that a covariance (S, S) of the shared parameters makes."""
+    values, vectors = np.linalg.eigh(of_shared)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    modes = -(system.follow @ root)
+    modes[:, system.places] = root
+    return np.moveaxis(modes, 2, 0)

@@ -14,7 +14,7 @@ Source of the prior: Kitagawa and Gersch, J. Am. Stat. Assoc. 79 (1984) 378.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -63,8 +63,35 @@ def start_each_other(problem: Problem, solution: Solution) -> Solution:
     return replace(solution, coordinates=q, objective=energy, converged=converged, evaluations=evaluations)
 
 
-def smooth(problem: Problem, solution: Solution, wavelength: Array, change: float) -> tuple[Solution, Array]:
-    """Return the penalised solution, and the covariance (W, P, P) of its coordinates.
+@dataclass(frozen=True, eq=False)
+class Tied:
+    """What a penalty makes of uncertainties: in coordinates.
+
+    Attributes
+    ----------
+    covariance : (W, P, P) float64
+        Of the coordinates at each wavelength, from the data and the penalty.
+    data : (W, P, P) float64
+        Curvature of the data's part of Φ, half of it.
+    band : (P + 1, W P) float64
+        Curvature of Φ, as SciPy stores bands.
+    """
+
+    covariance: Array
+    data: Array
+    band: Array
+
+    def answer(self, steps: Array) -> Array:
+        """Return how far the penalised coordinates move where those of the data alone move by (M, W, P)."""
+        from scipy.linalg import solveh_banded
+
+        m, w, p = steps.shape
+        pull = np.einsum("wpq,mwq->wpm", self.data, steps).reshape(w * p, m)
+        return np.asarray(solveh_banded(self.band, pull, lower=True).reshape(w, p, m).transpose(2, 0, 1))
+
+
+def smooth(problem: Problem, solution: Solution, wavelength: Array, change: float) -> tuple[Solution, Tied]:
+    """Return the penalised solution, and what the penalty makes of the uncertainties of its coordinates.
 
     Parameters
     ----------
@@ -121,10 +148,15 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
         else:
             damping *= 4.0
     held = (q <= problem.lower) | (q >= problem.upper)
-    covariance = _covariance(H / noise[:, None, None], stiffness, held)
+    data = H / noise[:, None, None]
+    band = _banded(data, stiffness, held)
+    band[0] = np.maximum(band[0], 1e-14 * band[0].max())  # of a coordinate that nothing feels
+    tied = Tied(
+        _covariance(data, stiffness, held), np.where(held[:, :, None] | held[:, None], 0.0, data), band
+    )
     done = np.full(w, converged) | (energy <= EXACT)
     ends = replace(solution, coordinates=q, objective=energy, converged=done)
-    return ends, covariance
+    return ends, tied
 
 
 def _pull(stiffness: Array, q: Array) -> Array:

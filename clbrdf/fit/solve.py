@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.finish import Ends, finish, lowest_ends, together
 from clbrdf.fit.limits import off_limits
 from clbrdf.fit.methods import Method
 from clbrdf.fit.polish import AS_LOW, EXACT, Polished, polish
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
+from clbrdf.fit.thin import on_sample
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
 
 ENOUGH = 0.3
 """Share of the starts that have to agree for the first look to be the last."""
+
+LEAST_USABLE = SAMPLE // 4
+"""Values that a wavelength has to have on a sample of many directions, if it has as many at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,19 +58,66 @@ class Solution:
 
 
 def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
-    """Solve every wavelength of a problem.
+    """Solve every wavelength of a problem; of many directions all but the end on a sample of them.
 
     Raises
     ------
     DeviceError
         The device cannot build or run the kernels.
     """
-    first = _once(problem, method, settings, seed, report)
+    if problem.size[1] <= MANY or getattr(settings, "everywhere", False):
+        return _look(problem, method, settings, seed, report)[0]
+    sample = problem.sample or sample_of(problem.mirror, SAMPLE)
+    usable = np.count_nonzero(problem.scale > 0.0, axis=1)
+    few = on_sample(problem, sample)
+    enough = np.count_nonzero(few.scale > 0.0, axis=1) >= np.minimum(usable, LEAST_USABLE)
+    rows, parts = np.flatnonzero(enough), []
+    if len(rows):
+        parts.append(_on_sample(problem.take(rows), few.take(rows), method, settings, seed, report))
+    for k in np.flatnonzero(~enough):  # a sample of what is measured there
+        seen = np.flatnonzero(problem.scale[k] > 0.0)
+        alone = on_sample(problem.take(np.array([k])), Sample(seen, np.ones(len(seen))))
+        parts.append(solve(alone, method, settings, seed, silent))
+    if len(parts) == 1:
+        return parts[0]
+    back = np.argsort(np.concatenate([rows, np.flatnonzero(~enough)]))
+    together = joined(parts)
+    return Solution(**{field.name: getattr(together, field.name)[back] for field in fields(Solution)})
+
+
+def _on_sample(
+    problem: Problem, few: Problem, method: Method, settings: Any, seed: int, report: Report
+) -> Solution:
+    """Solve a problem on a sample of its directions, and go to the end on all."""
+    solution, ends = _look(few, method, settings, seed, report)
+    polished = finish(problem, ends, settings.polish)
+    best, _ = _lowest(polished)
+    rows = np.arange(len(best))
+    energy = polished.objective[rows, best]
+    same = polished.objective <= np.maximum(energy * (1.0 + AS_LOW), EXACT)[:, None]
+    return replace(
+        solution,
+        coordinates=polished.coordinates[rows, best],
+        objective=energy,
+        converged=polished.converged[rows, best],
+        agreeing=np.where(same, ends.starts[:, : same.shape[1]], 0).sum(axis=1),
+        evaluations=solution.evaluations + polished.evaluations.sum(axis=1),
+    )
+
+
+def _look(
+    problem: Problem, method: Method, settings: Any, seed: int, report: Report
+) -> tuple[Solution, Ends]:
+    """Search and polish, once more where there is doubt; return the lowest different ends, too."""
+    first, ends = _once(problem, method, settings, seed, report)
     again = np.flatnonzero(first.doubtful | ~first.converged | (first.agreeing < ENOUGH * first.starts))
     deeper = settings.deeper()
     if deeper is None or len(again) == 0:
-        return first
-    return _merged(first, _once(problem.take(again), method, deeper, seed, silent), again)
+        return first, ends
+    second, more = _once(problem.take(again), method, deeper, seed, silent)
+    for field in fields(Ends):
+        getattr(ends, field.name)[again] = getattr(together([ends.take(again), more]), field.name)
+    return _merged(first, second, again), ends
 
 
 def joined(parts: Sequence[Solution]) -> Solution:
@@ -73,17 +126,21 @@ def joined(parts: Sequence[Solution]) -> Solution:
     return Solution(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Report) -> Solution:
+def _once(
+    problem: Problem, method: Method, settings: Any, seed: int, report: Report
+) -> tuple[Solution, Ends]:
     found = method.search(problem, settings, seed, report)
     polished = polish(problem, found.coordinates, settings.polish, found.first, found.rough_iterations)
     best, agreeing = _lowest(polished)
     rows = np.arange(len(best))
     coordinates, energy = polished.coordinates[rows, best], polished.objective[rows, best]
     spent = polished.evaluations.sum(axis=1)
+    ends = lowest_ends(polished.coordinates, polished.objective)
     if found.off_limits:
         coordinates, energy, more, same = off_limits(problem, coordinates, energy)
         spent, agreeing = spent + more, np.where(same > 0, same, agreeing)
-    return Solution(
+        ends = together([lowest_ends(coordinates[:, None], energy[:, None], same[:, None]), ends])
+    solution = Solution(
         coordinates=coordinates,
         objective=energy,
         converged=polished.converged[rows, best],
@@ -94,6 +151,7 @@ def _once(problem: Problem, method: Method, settings: Any, seed: int, report: Re
         acceptance=found.acceptance,
         doubtful=found.doubtful,
     )
+    return solution, ends
 
 
 def _lowest(polished: Polished) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
+import re
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
+from clbrdf.formats.text import read_text
 
 Array = npt.NDArray[np.float64]
 
@@ -30,16 +31,12 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
     """
     if not path.is_file():
         raise InputError(f"{path}: no such file; a spectrum is a CSV file of wavelength in nm, value")
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError):
-        raise InputError(
-            f"{path}: cannot be read as text; give a CSV file of wavelength in nm, value"
-        ) from None
+    lines = read_text(path).lstrip("\ufeff").split("\n")
     values: dict[float, float] = {}
     heading_may_come = True
-    for number, cells in enumerate(csv.reader(lines), start=1):
-        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
+    for number, line in enumerate(lines, start=1):
+        cells = _cells(line)
+        if not cells or cells[0].startswith("#"):
             continue
         numbers = _numbers(cells)
         if numbers is None and heading_may_come and len(cells) >= 2:
@@ -48,7 +45,7 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
         heading_may_come = False
         if numbers is None:
             raise InputError(
-                f"{path}, line {number}: {','.join(cells)!r} is not a wavelength in nm and a value"
+                f"{path}, line {number}: {shortened(repr(line))} is not a wavelength in nm and a value"
             )
         nm, value = numbers
         if nm in values:
@@ -64,6 +61,13 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
             f" {wavelength.min():g} to {wavelength.max():g} nm; extend it, or leave wavelengths out"
         )
     return np.asarray(np.interp(wavelength, places, [values[nm] for nm in places]))
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of a line; where semicolons stand between them, commas are decimal points."""
+    if ";" in line:
+        line = line.replace(",", ".").replace(";", ",")
+    return [cell.strip().strip('"') for cell in re.split(r"[,\t]", line)] if line.strip() else []
 
 
 def _numbers(cells: list[str]) -> tuple[float, float] | None:

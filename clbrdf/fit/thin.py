@@ -1,9 +1,4 @@
-"""Fewer directions for a search that only has to rank: those that matter most, and a sample of the rest.
-
-Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
-evenly over the rest, which they stand for with a larger weight. The choice depends on the geometry alone,
-so that neither other wavelengths nor values change it.
-"""
+"""A problem on some of its directions, for a search that only has to rank, or to come near."""
 
 from __future__ import annotations
 
@@ -12,10 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.sample import Sample
+from clbrdf.observation import ForwardModel
 
 
 def thinned(problem: Problem, most: int) -> Problem:
-    """Return the problem on at most so many of its directions."""
+    """Return the problem on at most so many of its directions, which then are points.
+
+    Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
+    evenly over the rest, which they stand for with a larger weight.
+    """
     n = problem.size[1]
     if n <= most:
         return problem
@@ -23,14 +24,25 @@ def thinned(problem: Problem, most: int) -> Problem:
     rest = np.setdiff1d(np.arange(n), near)
     spread = rest[np.linspace(0, len(rest) - 1, most - len(near)).round().astype(np.intp)]
     weight = np.ones(n)
-    weight[spread] = np.sqrt(len(rest) / len(spread))
+    weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
+    return on_sample(
+        replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept])
+    )
+
+
+def on_sample(problem: Problem, sample: Sample) -> Problem:
+    """Return the problem on some of its directions."""
+    kept, root = sample.places, np.sqrt(sample.weight)
     group = np.searchsorted(problem.starts, kept, side="right")
     return replace(
         problem,
         features=problem.features[kept],
+        seen=problem.seen.take(kept),
         mirror=problem.mirror[kept],
-        target=problem.target[:, kept] * weight[kept],
-        scale=problem.scale[:, kept] * weight[kept],
+        order=problem.order[kept],
+        target=problem.target[:, kept] * root,
+        scale=problem.scale[:, kept] * root,
         starts=np.append(0, np.cumsum(np.unique(group, return_counts=True)[1])).astype(np.uint32),
+        sample=None,
     )

@@ -57,22 +57,8 @@ class Rung:
         return f"{self.words}: {found}, {self.milliseconds:.2g} ms a wavelength"
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The cheapest search within a tolerance, and the next one towards the usual."""
-
-    rung: Rung
-    better: Rung | None
-    wavelengths: int
-
-    def lines(self) -> tuple[str, ...]:
-        """Return the choice, and the next better one, in words."""
-        measured = f"{self.rung} (on {self.wavelengths} of them)"
-        return (measured,) if self.better is None else (measured, str(self.better))
-
-
-def choose_settings(problem: Problem, method: Method, seed: int, rtol: float) -> Choice:
-    """Return the cheapest of a method's searches that keeps a tolerance of E on a problem.
+def choose_settings(problem: Problem, method: Method, seed: int, rtol: float) -> tuple[Rung, ...]:
+    """Return the cheapest of a method's searches within a tolerance of E, and the next better one, if any.
 
     Parameters
     ----------
@@ -82,12 +68,11 @@ def choose_settings(problem: Problem, method: Method, seed: int, rtol: float) ->
     seed : int
     rtol : float
         Largest relative excess of E.
-
     """
     rungs = measure(problem, method, seed)
     place = next(k for k, rung in enumerate(rungs) if rung.excess <= MARGIN * rtol or k == len(rungs) - 1)
     better = [rung for rung in rungs[place + 1 :] if rung.excess < 0.5 * rungs[place].excess]
-    return Choice(rungs[place], better[0] if better else None, problem.size[0])
+    return (rungs[place], *better[:1])
 
 
 def measure(problem: Problem, method: Method, seed: int) -> list[Rung]:

@@ -12,12 +12,10 @@ NaN and leave the system. Source: Bevington and Robinson, Data Reduction and Err
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-
-from clbrdf.models import Model
 
 Array = npt.NDArray[np.float64]
 
@@ -48,6 +46,8 @@ class Uncertainty:
         Parameters off their bounds that the data cannot tell.
     determined : (W,) bool
         No such parameter, and no fewer values than parameters.
+    covariance : (W, P, P) float64
+        0 for parameters at a bound; of those that the data cannot tell, what the others leave of it.
     """
 
     sigma: Array
@@ -55,80 +55,50 @@ class Uncertainty:
     condition: Array
     undetermined: npt.NDArray[np.bool_]
     determined: npt.NDArray[np.bool_]
+    covariance: Array
 
 
 def uncertainty(
-    model: Model,
-    features: Array,
-    parameters: Array,
-    at_bound: npt.NDArray[np.bool_],
-    residuals: Array,
-    weights: Array,
-    sigma: Array | None,
+    gram: Array, spread: Array, squares: Array, used: npt.NDArray[np.int64], at_bound: npt.NDArray[np.bool_]
 ) -> Uncertainty:
     """Return the uncertainties at every wavelength.
 
     Parameters
     ----------
-    model : Model
-    features : (N, F) float64
-    parameters : (W, P) float64
-        At the optimum.
+    gram : (W, P, P) float64
+        JᵀGJ at the optimum, in any unit.
+    spread : (W, P, P) float64
+        JᵀGVGJ in that unit squared; NaN where V is not known.
+    squares : (W,) float64
+        Σ g r², residuals in 1/sr, in the unit of JᵀGJ.
+    used : (W,) int64
+        Values that count.
     at_bound : (W, P) bool
-    residuals, weights : (W, N) float64
-        Model less measured value, 1/sr, and g; values of weight 0 are left out.
-    sigma : (W, N) float64 or None
-        Standard uncertainties of the measured values, 1/sr.
     """
-    w, p = parameters.shape
-    size = max(1, CHUNK_BYTES // (8 * p * len(features)))
-    parts = []
-    for first in range(0, w, size):
-        rows = slice(first, first + size)
-        jacobian = model.jacobian(parameters[rows, None, :], features)
-        s = None if sigma is None else sigma[rows]
-        parts.append(_chunk(jacobian, at_bound[rows], residuals[rows], weights[rows], s))
-    return Uncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
-
-def _chunk(
-    jacobian: Array,
-    at_bound: npt.NDArray[np.bool_],
-    residuals: Array,
-    weights: Array,
-    sigma: Array | None,
-) -> tuple[Array, Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Fields of an Uncertainty from derivatives (w, N, P)."""
-    root = np.sqrt(weights / weights.max(axis=1, keepdims=True))
-    jacobian *= root[..., None]
-    used = weights > 0.0
-    jacobian[~used] = 0.0  # a derivative that is infinite in a masked direction has no part in it
-    gram = np.swapaxes(jacobian, 1, 2) @ jacobian
     length = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
     free = ~at_bound & (length > 0.0)
     scale = np.where(free, 1.0 / np.where(length > 0.0, length, 1.0), 0.0)
-    n, p = used.sum(axis=1), free.sum(axis=1)
+    n, p = used, free.sum(axis=1)
 
     # Held parameters stand alone with eigenvalue 1.
-    system = gram * scale[:, :, None] * scale[:, None, :] + np.eye(length.shape[1]) * ~free[:, :, None]
+    both = free[:, :, None] & free[:, None, :]
+    scales = scale[:, :, None] * scale[:, None, :]
+    system = np.where(both, gram * scales, 0.0) + np.eye(length.shape[1]) * ~free[:, :, None]
     values, vectors = np.linalg.eigh(system)
     hidden = values < SMALLEST_EIGENVALUE * np.maximum(1, n)[:, None]
     inverse = (
         vectors * np.where(hidden, 0.0, 1.0 / np.where(hidden, 1.0, values))[:, None, :]
     ) @ np.swapaxes(vectors, 1, 2)
-    inverse *= free[:, :, None] & free[:, None, :]
+    inverse *= both
     felt_in_hidden = ((np.abs(vectors) > INVOLVED) & hidden[:, None, :]).any(axis=2)
     undetermined = ~at_bound & (felt_in_hidden | (length == 0.0))
 
-    if sigma is not None and np.isfinite(sigma[used]).all():
-        jacobian *= (root * np.where(used, sigma, 0.0))[..., None]
-        spread = (np.swapaxes(jacobian, 1, 2) @ jacobian) * scale[:, :, None] * scale[:, None, :]
-        covariance = inverse @ spread @ inverse
-    else:
-        left = np.maximum(n - p, 1)
-        variance = np.where(n > p, (np.where(used, root * residuals, 0.0) ** 2).sum(axis=1) / left, np.inf)
-        with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
-            covariance = inverse * variance[:, None, None]
+    left = np.maximum(n - p, 1)
+    variance = np.where(n > p, squares / left, np.inf)
+    known = np.asarray(np.isfinite(spread).all(axis=(1, 2)))
+    with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters
+        given = inverse @ np.where(known[:, None, None], spread * scales, 0.0) @ inverse
+        covariance = np.where(known[:, None, None], given, inverse * variance[:, None, None])
     deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
@@ -138,4 +108,18 @@ def _chunk(
     lone = np.where(free, 0.0, 1.0).sum(axis=1) == length.shape[1]
     condition = np.sqrt(values[:, -1] / np.maximum(values[:, 0], 1e-30))
     condition = np.where(undetermined.any(axis=1), np.inf, np.where(lone, np.nan, condition))
-    return sigma_p, correlation, condition, undetermined, ~undetermined.any(axis=1) & (n >= p)
+    with np.errstate(invalid="ignore"):  # 0 · ∞ for held parameters, where nothing tells the scatter
+        covariance = covariance * scales
+    determined = ~undetermined.any(axis=1) & (n >= p)
+    return Uncertainty(sigma_p, correlation, condition, undetermined, determined, covariance)
+
+
+def with_covariance(found: Uncertainty, covariance: Array, held: npt.NDArray[np.bool_]) -> Uncertainty:
+    """Return uncertainties with another covariance (W, P, P); `held` (W, P) are at a bound or given."""
+    deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0))
+    sigma = np.where(found.undetermined, np.inf, np.where(held, np.nan, deviation))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / (deviation[:, :, None] * deviation[:, None, :])
+    told = ~held & ~found.undetermined
+    correlation[~(told[:, :, None] & told[:, None, :])] = np.nan
+    return replace(found, sigma=sigma, correlation=correlation, covariance=covariance)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.formats.sheet import open_sheet
+from clbrdf.formats.text import read_text
 from clbrdf.geometry import wrap_azimuth
 from clbrdf.scan import Scan
 
@@ -32,27 +32,20 @@ def read_weights(path: Path, scan: Scan) -> npt.NDArray[np.float64]:
     """
     if not path.is_file():
         raise InputError(f"weights {str(path)!r}: neither none, relative or sigma, nor a file")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError):
-        raise InputError(f"{path}: cannot be read as text; give a CSV file") from None
+    sheet = open_sheet(path, read_text(path), _fits)
+    places = {name.strip().casefold(): place for place, name in enumerate(sheet.names)}
+    missing = [name for name in COLUMNS if name not in places]
+    if missing:
+        raise InputError(f"{path}: no column {missing[0]}; the columns are {', '.join(COLUMNS)}")
     out = np.zeros(len(scan.theta_i))
     given = np.zeros(len(out), dtype=bool)
-    with io.StringIO(text, newline="") as stream:
-        reader = csv.DictReader(stream)
-        names = {(name or "").strip().casefold(): name for name in reader.fieldnames or ()}
-        missing = [name for name in COLUMNS if name not in names]
-        if missing:
-            raise InputError(f"{path}: no column {missing[0]}; the columns are {', '.join(COLUMNS)}")
-        for row in reader:
-            place = f"{path}, line {reader.line_num}"
-            try:
-                theta_i, theta_r, phi, weight = (float(row[names[name]] or "") for name in COLUMNS)
-            except (TypeError, ValueError):
-                raise InputError(f"{place}: a cell is missing or not a number") from None
+    for block in sheet.blocks():
+        columns = [sheet.numbers(block, places[name]) for name in COLUMNS]
+        for line, theta_i, theta_r, phi, weight in zip(block.lines, *columns, strict=True):
+            place = f"{path}, line {line}"
             if not 0.0 <= weight < np.inf:
                 raise InputError(f"{place}: weight {weight:g}; weights are finite and not negative")
-            turn = np.abs(scan.phi - wrap_azimuth(np.array(phi)))
+            turn = np.abs(scan.phi - wrap_azimuth(phi))
             apart = np.max([np.abs(scan.theta_i - theta_i), np.abs(scan.theta_r - theta_r)], axis=0)
             same = (apart < ANGLE_TOLERANCE) & (np.minimum(turn, 360.0 - turn) < ANGLE_TOLERANCE)
             if not same.any():
@@ -61,3 +54,7 @@ def read_weights(path: Path, scan: Scan) -> npt.NDArray[np.float64]:
                 raise InputError(f"{place}: direction {theta_i:g}°, {theta_r:g}°, {phi:g}° is given twice")
             out[same], given[same] = weight, True
     return out
+
+
+def _fits(cells: list[str]) -> bool:
+    return set(COLUMNS) <= {cell.casefold() for cell in cells}

@@ -6,8 +6,9 @@ unit is the end of the name:
 - ``wavelength_nm`` (or _um, _mm, _m, _angstrom), ``theta_i_deg``, ``theta_r_deg`` (or _rad, _mrad)
 - ``dphi_deg``, φr − φi with 180 forward; or ``phi_i_deg`` and ``phi_r_deg``; without them zeniths have signs
 - ``fr_per_sr`` or ``brdf_per_sr``; or ``reflectance_factor``, π f; an empty cell is a value not measured
-- optional: ``fr_std_per_sr`` (1σ, may be empty), ``sample``, ``flag`` (reasons joined by ";"; any reason
-  masks the value), ``bandpass_nm``, ``solid_angle_sr``
+- optional: ``fr_std_per_sr`` (1σ, may be empty), ``fr_std_common_per_sr`` (1σ of an error that all values
+  have in common; ``fr_std_per_sr`` is that of the rest then), ``sample``, ``flag`` (reasons joined by ";";
+  any reason masks the value), ``bandpass_nm``, ``solid_angle_sr``
 
 Other names in use are known, too (``incidence``, ``emission``, ``azimuth``, …), and columns with other
 names are left out. The separator is the comma, the semicolon, the tab or white space. A direction that occurs
@@ -17,7 +18,8 @@ several times at one wavelength (a drift check, a repeat) makes as many directio
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +27,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.formats.columns_write import SETTLED, write
-from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns
+from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns, renamed
 from clbrdf.formats.reading import SURE as SURE_ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
@@ -74,8 +76,13 @@ class _Rows:
     reasons: dict[str, int] = field(default_factory=dict)
 
 
-def read(path: Path) -> list[Reading]:
+def read(path: Path, names: Mapping[str, str] | None = None) -> list[Reading]:
     """Read a table of columns: one reading a sample.
+
+    Parameters
+    ----------
+    names : mapping of str to str, optional
+        Headings of the file, and the names that they stand for.
 
     Raises
     ------
@@ -84,7 +91,7 @@ def read(path: Path) -> list[Reading]:
         unknown, a line with too few or too many cells, text in a number, no such thing as a σ.
     """
     text = read_text(path)
-    sheet = open_sheet(path, text, _fits)
+    sheet = open_sheet(path, text, _fits, partial(renamed, path, names=names) if names else None)
     columns = find_columns(path, sheet.names, LONG)
     value = _value_column(sheet, columns)
     rows = _Rows()
@@ -93,13 +100,19 @@ def read(path: Path) -> list[Reading]:
     joined = {name: np.concatenate(parts) for name, parts in rows.numbers.items()}
     samples, flags = np.concatenate(rows.samples), np.concatenate(rows.flags)
     lines = np.concatenate(rows.lines)
-    names = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
-    flags = _translated(flags, rows.reasons, names)
+    reasons = (*FLAGS, *(name for name in sorted(rows.reasons) if name not in FLAGS))
+    flags = _translated(flags, rows.reasons, reasons)
+    notes = sheet.notes(column.place for name, column in columns.items() if LONG[name].units is not None)
     text_start = text.lstrip("\ufeff")[: len(SETTLED)]
     stated = Stated(sure=SURE_ALL) if text_start == SETTLED else _stated(columns, value)
     bands = tuple(rows.bands)
     return [
-        _reading(path, joined, np.flatnonzero(samples == k), flags, names, lines, sample, stated, bands)
+        replace(
+            _reading(
+                path, joined, np.flatnonzero(samples == k), flags, reasons, lines, sample, stated, bands
+            ),
+            notes=notes,
+        )
         for sample, k in sorted(rows.sample_numbers.items())
     ]
 
@@ -180,12 +193,15 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Bloc
     for name in ("bandpass", "solid_angle"):
         if name in columns:
             put(name, name, empty=True)
-    if "sigma" in columns:
-        sigma = put("sigma", "sigma", empty=True)
-        check("sigma", (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
+    for name in ("sigma", "common"):
+        if name in columns:
+            sigma = put(name, name, empty=True)
+            check(name, (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
     rows.lines.append(np.array(block.lines, dtype=np.float64))
     samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
-    numbers = [rows.sample_numbers.setdefault(text.strip(), len(rows.sample_numbers)) for text in samples]
+    numbers = [
+        rows.sample_numbers.setdefault(" ".join(text.split()), len(rows.sample_numbers)) for text in samples
+    ]
     rows.samples.append(np.array(numbers, dtype=np.intp))
     flags = np.zeros(n, np.uint32)
     if "flag" in columns:
@@ -270,6 +286,7 @@ def _reading(
         bands,
         stated,
         sigma=columns["sigma"][rows] if "sigma" in columns else None,
+        common=columns["common"][rows] if "common" in columns else None,
         flags=flags[rows],
         lines=lines[rows],
         flag_names=names,
@@ -289,5 +306,5 @@ def _one_value(values: Array, column: npt.NDArray[np.intp], count: int, by_colum
 
 FORMAT = Format(
     "columns", "CSV, one row a value (also reflectance factors)", (".csv",), sniff, read, write,
-    "everything but polarisation",
+    "everything but polarisation", maps_names=True,
 )  # fmt: skip

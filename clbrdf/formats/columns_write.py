@@ -9,6 +9,7 @@ import numpy as np
 
 from clbrdf.formats.software import VERSION
 from clbrdf.scan import Scan
+from clbrdf.scan.component import root_sum
 from clbrdf.scan.flags import FLAGS
 
 SETTLED = "# written by clbrdf"
@@ -26,7 +27,11 @@ def _rows(scan: Scan) -> Iterator[str]:
     assert scan.flags is not None
     names = ["sample", "band" if scan.bands else "wavelength_nm"]
     names += ["theta_i_deg", "phi_i_deg", "theta_r_deg", "phi_r_deg"]
-    names += ["fr_per_sr", *(["fr_std_per_sr"] if scan.sigma is not None else []), "flag"]
+    # Of components, what is random and what is not are kept apart; which is which is not.
+    common = root_sum(scan.common_components, scan.brdf) if scan.common_components else None
+    bars = scan.sigma if common is None else scan.random_sigma
+    names += ["fr_per_sr", *(["fr_std_per_sr"] if bars is not None else [])]
+    names += [*(["fr_std_common_per_sr"] if common is not None else []), "flag"]
     names += ["bandpass_nm"] * (scan.bandpass is not None)
     names += ["solid_angle_sr"] * (scan.solid_angle is not None)
     yield ",".join(names) + "\n"
@@ -38,9 +43,7 @@ def _rows(scan: Scan) -> Iterator[str]:
         for w, column in enumerate(columns):
             value, bits = float(scan.brdf[n, w]), scan.flags[n, w]
             words = [sample, column, angles, "" if bits & missing else repr(value)]
-            if scan.sigma is not None:
-                sigma = float(scan.sigma[n, w])
-                words.append("" if np.isnan(sigma) else repr(sigma))
+            words += [_or_empty(some[n, w]) for some in (bars, common) if some is not None]
             words.append(";".join(name for k, name in enumerate(scan.flag_names) if bits >> np.uint32(k) & 1))
             if scan.bandpass is not None:
                 words.append(_or_empty(scan.bandpass[w]))

@@ -12,7 +12,8 @@ import numpy as np
 from clbrdf.errors import InputError
 from clbrdf.formats.guard import Decision, Options, decide
 from clbrdf.formats.reading import Reading
-from clbrdf.formats.registry import find_format, get_format
+from clbrdf.formats.registry import Format, find_format, formats, get_format
+from clbrdf.formats.wide import is_wide
 from clbrdf.scan import Scan
 
 
@@ -44,6 +45,7 @@ def load(
     format_name: str | None = None,
     sample: str | None = None,
     options: Options | None = None,
+    names: Mapping[str, str] | None = None,
 ) -> Loaded:
     """Read files: each sample becomes one scan, joined over all files.
 
@@ -57,6 +59,8 @@ def load(
         The sample to take.
     options : Options, optional
         Conventions that the user settles.
+    names : mapping of str to str, optional
+        Headings of a table, and the names that they stand for, such as "Angle in": "theta_i_deg".
 
     Raises
     ------
@@ -67,14 +71,17 @@ def load(
     if not paths:
         raise InputError("no file to read")
     parts: dict[str, list[tuple[Scan, tuple[Decision, ...], tuple[str, ...]]]] = {}
-    names: list[str] = []
+    kinds: list[str] = []
     readings: list[tuple[Path, str, Reading]] = []
     for path in map(Path, paths):
-        each = get_format(format_name) if format_name else find_format(path)
-        names.append(each.name)
+        each = _format_of(path, format_name, names)
+        kinds.append(each.name)
         # What is not finite is flagged in the end; arithmetic with it is no news.
         with np.errstate(all="ignore"):
-            readings += [(path, each.title, reading) for reading in each.read(path)]
+            readings += [
+                (path, each.title, reading)
+                for reading in (each.read(path, names) if names else each.read(path))
+            ]
     listed = list(dict.fromkeys(reading.sample for _, _, reading in readings))
     if sample is not None and sample not in listed:
         where = ", ".join(str(path) for path in paths)
@@ -101,7 +108,30 @@ def load(
         scans[name] = _merged(paths, [scan for scan, _, _ in several])
         said[name] = several[0][1]
         notes[name] = tuple(dict.fromkeys(note for _, _, own in several for note in own))
-    return Loaded(scans, said, notes, tuple(names))
+    return Loaded(scans, said, notes, tuple(kinds))
+
+
+def _format_of(path: Path, name: str | None, names: Mapping[str, str] | None) -> Format:
+    """Return the format of a file; with names for its headings it is a table.
+
+    Raises
+    ------
+    InputError
+        A format without headings, or none that is known.
+    """
+    if not names:
+        return get_format(name) if name else find_format(path)
+    tables = [each for each in formats().values() if each.maps_names]
+    if name is None:
+        # The one that takes the headings under their new names; else the last says what is missing.
+        wide, long = tables
+        return wide if is_wide(path, names) else long
+    if get_format(name) not in tables:
+        listed = " or ".join(each.name for each in tables)
+        raise InputError(
+            f"{path}: --map names columns of a table, and {name} has none; leave it out or take {listed}"
+        )
+    return get_format(name)
 
 
 def load_one(paths: Sequence[str | Path], sample: str | None = None, options: Options | None = None) -> Scan:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
 from clbrdf.storage import units
 
 
@@ -60,6 +60,7 @@ LONG = {
     "factor": Quantity(("reflectance_factor", "brf", "brrf"), {"1": 1.0}),
     "dsf": Quantity(("dsf", "ccbrdf", "ccbsdf"), VALUE_UNITS),
     "sigma": Quantity(("fr_std", "brdf_std", "fr_errors", "brdf_errors"), VALUE_UNITS),
+    "common": Quantity(("fr_std_common", "brdf_std_common"), VALUE_UNITS),
     "solid_angle": Quantity(("solid_angle",), units.SOLID_ANGLE),
     "sample": Quantity(("sample",), None),
     "band": Quantity(("band",), None),
@@ -91,6 +92,36 @@ def plain(heading: str) -> str:
     """Return a heading in lower case, words joined by _, brackets about a unit left out."""
     text = heading.strip().strip('"').casefold()
     return re.sub(r"[\s_]+", "_", re.sub(r"[\[\]()]", " ", text).strip())
+
+
+def renamed(path: Path, headings: Sequence[str], names: Mapping[str, str]) -> list[str]:
+    """Return headings with those that a user maps replaced by names that are known.
+
+    Raises
+    ------
+    InputError
+        A heading that is not there or stands twice, or a name that is not known.
+    """
+    out = [heading.strip() for heading in headings]
+    for column, name in names.items():
+        places = [k for k, heading in enumerate(headings) if heading.strip().strip('"') == column]
+        places = places or [k for k, heading in enumerate(headings) if plain(heading) == plain(column)]
+        if len(places) != 1:
+            said = "is not there" if not places else f"stands {len(places)} times"
+            raise InputError(
+                f"{path}: --map {column}={name}: column {column!r} {said}; the columns are"
+                f" {shortened(', '.join(out), 400)}"
+            )
+        text = plain(name)
+        stems = [stem for quantity in LONG.values() for stem in quantity.names]
+        if not any(text == stem or text.startswith(f"{stem}_") for stem in stems):
+            known = ", ".join(quantity.names[0] for quantity in LONG.values())
+            raise InputError(
+                f"{path}: --map {column}={name}: {name!r} is no name of a column; there are {known}, with a"
+                " unit at the end as in theta_i_deg"
+            )
+        out[places[0]] = name
+    return out
 
 
 def find_columns(path: Path, headings: Sequence[str], known: Mapping[str, Quantity]) -> dict[str, Column]:
@@ -128,5 +159,8 @@ def find_columns(path: Path, headings: Sequence[str], known: Mapping[str, Quanti
     for key, (heading, unit) in doubtful.items():
         if key not in found and known[key].units is not None:
             names = units.listed(known[key].units or {})
-            raise InputError(f"{path}: column {heading!r} has the unit {unit!r}; known are {names}")
+            raise InputError(
+                f"{path}: column {shortened(repr(heading))} has the unit {shortened(repr(unit))}; known are"
+                f" {names}"
+            )
     return found

@@ -70,6 +70,8 @@ class Reading:
     stated : Stated
     sigma : (N, W) float64 or None
         In the unit of `values`.
+    common : (N, W) float64 or None
+        Standard uncertainty that all values have in common, in their unit; `sigma` is that of the rest then.
     flags : (N, W) uint32 or None
     flag_names : tuple of str
     sample, instrument : str
@@ -103,6 +105,7 @@ class Reading:
     lines: Array | None = None
     tis: Mapping[float, float] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
+    common: Array | None = None
 
     def rows(self, index: Any) -> Reading:
         """Return the reading in some of its directions."""
@@ -115,6 +118,7 @@ class Reading:
             **{name: getattr(self, name)[index] for name in ANGLES},
             values=self.values[index],
             sigma=None if self.sigma is None else self.sigma[index],
+            common=None if self.common is None else self.common[index],
             flags=None if self.flags is None else self.flags[index],
             lines=None if self.lines is None else self.lines[index],
             extra=extra,

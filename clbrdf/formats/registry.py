@@ -10,7 +10,7 @@ from pathlib import Path
 
 from clbrdf.errors import InputError
 from clbrdf.formats.reading import Reading
-from clbrdf.formats.text import CONTROL, MARKS, check_file
+from clbrdf.formats.text import CONTROL, check_file, wide_encoding
 from clbrdf.scan import Scan
 
 MODULES = (
@@ -63,8 +63,9 @@ class Head:
     @cached_property
     def text(self) -> str:
         """The beginning as text in lower case, "" where it is binary."""
-        if any(self.start.startswith(mark) for mark, name in MARKS if name == "utf-16"):
-            return self.start.decode("utf-16", "replace").casefold()
+        wide = wide_encoding(self.start)
+        if wide:
+            return self.start.decode(wide, "replace").casefold()
         return "" if CONTROL.search(self.start) else self.start.decode("utf-8", "replace").casefold()
 
     @cached_property
@@ -89,20 +90,23 @@ class Format:
     sniff : callable
         Head of a file -> SURE, LIKELY or NO.
     read : callable
-        Path -> what is in it, one reading a sample or side.
+        Path (and names of columns) -> what is in it, one reading a sample or side.
     write : callable or None
         Scan, path -> None; raises InputError where the format cannot hold the scan.
     holds : str
         For writers: what fits in, in words.
+    maps_names : bool
+        Whether `read` takes names for the headings of a table as its second argument.
     """
 
     name: str
     title: str
     endings: tuple[str, ...]
     sniff: Callable[[Head], int]
-    read: Callable[[Path], Sequence[Reading]]
+    read: Callable[..., Sequence[Reading]]
     write: Callable[[Scan, Path], None] | None = None
     holds: str = ""
+    maps_names: bool = False
 
 
 @cache

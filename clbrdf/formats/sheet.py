@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
 from clbrdf.formats.text import comma_hint, shown
 
 Array = npt.NDArray[np.float64]
@@ -19,6 +21,12 @@ SEARCHED = 200
 """Lines in which the heading is looked for: instruments write some text above it."""
 
 BLOCK_LINES = 20_000
+
+MOST_CELL = csv.field_size_limit()
+"""Characters of a cell."""
+
+COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
+"""A number with a decimal comma."""
 
 
 @dataclass(frozen=True)
@@ -63,21 +71,19 @@ class Sheet:
         width = len(self.names)
         for first in range(0, len(self.rows), BLOCK_LINES):
             part = self.rows[first : first + BLOCK_LINES]
-            cells = list(
-                split(line for _, line in part) if not self.separator else _csv(part, self.separator)
-            )
-            if len(cells) != len(part):
-                raise InputError(f"{self.path}, line {part[0][0]} or below: a quote that does not close")
+            cells = [line.split() for _, line in part] if not self.separator else self._csv(part)
             for (number, _), row in zip(part, cells, strict=True):
                 if len(row) != width:
                     raise InputError(
                         f"{self.path}, line {number}: {len(row)} cells,"
-                        f" and the first line names {width} columns"
+                        f" and the first line names {width} columns{self._hint(row)}"
                     )
             yield Block([number for number, _ in part], list(zip(*cells, strict=True)))
 
     def numbers(self, block: Block, place: int, empty: bool = False) -> Array:
         """Return a column of a block as numbers; an empty cell is NaN where `empty` allows it.
+
+        Where the comma does not separate cells, it may stand for the decimal point.
 
         Raises
         ------
@@ -88,12 +94,59 @@ class Sheet:
         try:
             return np.array(list(map(float, cells)), dtype=np.float64)
         except ValueError:
+            if self.separator != "," and any(COMMA.fullmatch(cell) for cell in cells):
+                return self._commas(block, place, empty)
             return np.array(
                 [
                     self._number(line, place, cell.strip(), empty)
                     for line, cell in zip(block.lines, cells, strict=True)
                 ]
             )
+
+    def _commas(self, block: Block, place: int, empty: bool) -> Array:
+        """Return a column whose numbers have decimal commas; points beside them leave open which is which."""
+        cells = block.cells[place]
+        for line, cell in zip(block.lines, cells, strict=True):
+            if "." in cell:
+                raise InputError(
+                    f"{self._place(line, place)}: {shown(cell.strip())} has a point, and other numbers of the"
+                    " column have a comma; write decimal points in all of them"
+                )
+        return np.array(
+            [
+                self._number(line, place, cell.strip().replace(",", ".", 1), empty)
+                for line, cell in zip(block.lines, cells, strict=True)
+            ]
+        )
+
+    def notes(self, places: Iterable[int]) -> tuple[str, ...]:
+        """Return what was taken for granted in reading these columns."""
+        first = next(self.blocks()).cells
+        if self.separator != "," and any(COMMA.fullmatch(cell) for k in places for cell in first[k]):
+            return ("commas in numbers are taken for decimal points",)
+        return ()
+
+    def _csv(self, part: list[tuple[int, str]]) -> list[list[str]]:
+        cells = []
+        for number, line in part:
+            if len(line) > MOST_CELL and max(map(len, line.split(self.separator))) > MOST_CELL:
+                raise InputError(f"{self.path}, line {number}: a cell of more than {MOST_CELL} characters")
+            if '"' not in line:
+                cells.append(line.split(self.separator))
+                continue
+            try:
+                cells += csv.reader([line], delimiter=self.separator)
+            except csv.Error as error:
+                raise InputError(f"{self.path}, line {number}: not CSV ({error})") from None
+        return cells
+
+    def _hint(self, row: list[str]) -> str:
+        """Return what may be wrong with a row of too few or too many cells."""
+        if any("\n" in cell for cell in row):
+            return "; a quote in it does not close where it should"
+        if self.separator == "," and len(row) > len(self.names):
+            return "; if commas stand for decimal points, separate cells by semicolons"
+        return ""
 
     def _number(self, line: int, place: int, cell: str, empty: bool) -> float:
         if not cell and empty:
@@ -102,22 +155,10 @@ class Sheet:
             return float(cell)
         except ValueError:
             said = f"{shown(cell)} is not a number{comma_hint(cell, cell)}"
-            raise InputError(
-                f"{self.path}, line {line}, column {self.names[place].strip()}: {said}"
-            ) from None
+            raise InputError(f"{self._place(line, place)}: {said}") from None
 
-
-def split(lines: Iterator[str]) -> Iterator[list[str]]:
-    """Give the words of each line."""
-    return (line.split() for line in lines)
-
-
-def _csv(part: list[tuple[int, str]], separator: str) -> Iterator[list[str]]:
-    reader = csv.reader((line for _, line in part), delimiter=separator)
-    try:
-        yield from reader
-    except csv.Error as error:
-        raise InputError(f"line {part[0][0]} or below: {error}") from None
+    def _place(self, line: int, place: int) -> str:
+        return f"{self.path}, line {line}, column {shortened(self.names[place].strip())}"
 
 
 def find_heading(lines: list[str], fits: Callable[[list[str]], bool]) -> tuple[int, str] | None:
@@ -132,29 +173,98 @@ def find_heading(lines: list[str], fits: Callable[[list[str]], bool]) -> tuple[i
     return None
 
 
-def open_sheet(path: Path, text: str, fits: Callable[[list[str]], bool]) -> Sheet:
+def open_sheet(
+    path: Path,
+    text: str,
+    fits: Callable[[list[str]], bool],
+    rename: Callable[[list[str]], list[str]] | None = None,
+) -> Sheet:
     """Return the table of a text; without a line that fits, the first line of content heads it.
 
     Lines that begin with # and blank ones are left out.
+
+    Parameters
+    ----------
+    fits : callable
+        Whether cells may be the heading.
+    rename : callable, optional
+        Cells of the heading -> the names that they stand for; raises InputError where they do not.
 
     Raises
     ------
     InputError
         No heading, or nothing below it.
     """
-    content = [
-        (number, line)
-        for number, line in enumerate(text.split("\n"), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    found = find_heading([line for _, line in content], fits)
+    lines = text.split("\n")
+    content = [(number, line) for number, line in enumerate(lines, 1) if _counts(line)]
+    found = find_heading(
+        [line for _, line in content], fits if rename is None else partial(_fits, fits, rename)
+    )
     if found is None:
         first = content[0][1] if content else ""
         found = 0, max(",;\t", key=first.count)
     place, separator = found
     if len(content) < place + 2:
         raise InputError(f"{path}: no data; the first line names the columns, the next ones hold values")
-    heading = content[place][1]
-    cells = next(csv.reader([heading], delimiter=separator)) if separator else heading.split()
+    start, heading = content[place]
+    rows = content[place + 1 :]
+    if separator and '"' in text:
+        rows = _records(path, lines[start:], start + 1, separator)
+    try:
+        cells = next(csv.reader([heading], delimiter=separator)) if separator else heading.split()
+    except csv.Error as error:
+        raise InputError(f"{path}, line {start}: not CSV ({error})") from None
+    cells = [cell.strip() for cell in cells]
+    if rename is not None:
+        cells = rename(cells)
     above = "\n".join(line for _, line in content[:place])
-    return Sheet(path, tuple(cell.strip() for cell in cells), separator, above, content[place + 1 :])
+    return Sheet(path, tuple(cells), separator, above, rows)
+
+
+def _fits(
+    fits: Callable[[list[str]], bool], rename: Callable[[list[str]], list[str]], cells: list[str]
+) -> bool:
+    """Whether cells fit with their new names."""
+    try:
+        return fits(rename(cells))
+    except InputError:
+        return False
+
+
+def _counts(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith("#")
+
+
+def _records(path: Path, lines: list[str], number: int, separator: str) -> list[tuple[int, str]]:
+    """Return the lines of a table, those joined over which a quoted cell runs (RFC 4180, 2.6).
+
+    Raises
+    ------
+    InputError
+        Naming the line: a quote that does not close, or closes only behind a cell of absurd length.
+    """
+    out: list[tuple[int, str]] = []
+    place = 0
+    while place < len(lines):
+        line, begun = lines[place], place
+        place += 1
+        if not _counts(line):
+            continue
+        while '"' in line and _is_open(line, separator):
+            more = next((k for k in range(place, len(lines)) if '"' in lines[k]), None)
+            size = len(line) + sum(len(each) for each in lines[place : (more or place) + 1])
+            if more is None or size > MOST_CELL:
+                raise InputError(f"{path}, line {number + begun}: a quote does not close; close or remove it")
+            line = "\n".join([line, *lines[place : more + 1]])
+            place = more + 1
+        out.append((number + begun, line))
+    return out
+
+
+def _is_open(line: str, separator: str) -> bool:
+    """Whether a line ends within a quoted cell."""
+    try:
+        list(csv.reader([line], delimiter=separator, strict=True))
+    except csv.Error as error:
+        return "unexpected end" in str(error)
+    return False

@@ -66,6 +66,7 @@ def long_reading(
     bands: tuple[str, ...],
     stated: Stated,
     sigma: Array | None = None,
+    common: Array | None = None,
     flags: npt.NDArray[np.uint32] | None = None,
     lines: Array | None = None,
     **more: Any,
@@ -78,7 +79,7 @@ def long_reading(
         θi, φi, θr, φr.
     columns : (M,) intp
         Places in `waves` or `bands`.
-    sigma, flags, lines : (M,) or None
+    sigma, common, flags, lines : (M,) or None
     more
         Further attributes of the reading.
 
@@ -106,6 +107,7 @@ def long_reading(
         bands,
         stated,
         sigma=None if sigma is None else np.asarray(rectangle.filled(sigma, np.nan), dtype=np.float64),
+        common=None if common is None else np.asarray(rectangle.filled(common, np.nan), dtype=np.float64),
         flags=np.asarray(rectangle.filled(given, 1 << FLAGS.index("not_measured")), dtype=np.uint32),
         lines=None if lines is None else lines[rectangle.first],
         **more,

@@ -22,7 +22,15 @@ LARGEST = 1 << 29
 BLOCK = 1 << 22
 """Characters whose numbers are read at once."""
 
-MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
+MARKS = (
+    *((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe\x00\x00", "utf-32"), (b"\x00\x00\xfe\xff", "utf-32")),
+    *((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")),
+)
+"""Byte order marks, the longer ones first."""
+
+UNMARKED = 0.8
+"""Share of NUL bytes, at every second place, from which a text is UTF-16 that lost its mark."""
+
 CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
@@ -44,7 +52,7 @@ def check_file(path: Path, largest: int) -> int:
 def read_text(path: Path) -> str:
     r"""Return the text of a file with lines that end in \n.
 
-    UTF-8 and UTF-16 with a byte order mark are known; what is neither, and has no control characters, is
+    UTF-8, UTF-16 and UTF-32 are known; what is none of them, and has no control characters, is
     taken for Windows-1252, in which instruments write ° and µ.
 
     Raises
@@ -62,7 +70,7 @@ def read_text(path: Path) -> str:
 
 def decoded(path: Path, raw: bytes) -> str:
     r"""Return bytes as a text with lines that end in \n; see `read_text`."""
-    encoding = next((name for mark, name in MARKS if raw.startswith(mark)), "")
+    encoding = wide_encoding(raw) or ("utf-8-sig" if raw.startswith(MARKS[0][0]) else "")
     if not encoding:
         control = CONTROL.search(raw)
         if control:
@@ -78,6 +86,21 @@ def decoded(path: Path, raw: bytes) -> str:
             raise InputError(f"{path}: not a text file (byte {error.start} is no {encoding})") from error
         text = raw.decode("cp1252", "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def wide_encoding(raw: bytes) -> str:
+    """Return the name of an encoding with two or four bytes a character, by its mark or its NULs; else ""."""
+    marked = next((name for mark, name in MARKS if raw.startswith(mark)), "")
+    if marked:
+        return "" if marked == "utf-8-sig" else marked
+    start = raw[:1024]
+    pairs = len(start) // 2
+    if pairs < 4 or start.count(0) < UNMARKED * pairs:
+        return ""
+    first, second = start[: 2 * pairs : 2].count(0), start[1 : 2 * pairs : 2].count(0)
+    if second >= UNMARKED * pairs and first == 0:
+        return "utf-16-le"
+    return "utf-16-be" if first >= UNMARKED * pairs and second == 0 else ""
 
 
 def numbers(path: Path, text: str, first_line: int = 1, separators: str = ",;") -> Array:

@@ -8,6 +8,8 @@ have signs, + on the specular side.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.formats.columns_write import SETTLED
 from clbrdf.formats.headings import spectrum_of, wavelength_of
-from clbrdf.formats.quantities import ANGLES, find_columns
+from clbrdf.formats.quantities import ANGLES, find_columns, renamed
 from clbrdf.formats.reading import SURE as ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import NO, SURE, Format, Head
@@ -35,6 +37,16 @@ def sniff(head: Head) -> int:
     return SURE if head.text and find_heading(head.lines, _fits) is not None else NO
 
 
+def is_wide(path: Path, names: Mapping[str, str]) -> bool:
+    """Whether a file is a wide table when its headings stand for these names."""
+    try:
+        return _fits(
+            list(open_sheet(path, read_text(path), _fits, partial(renamed, path, names=names)).names)
+        )
+    except InputError:
+        return False
+
+
 def _fits(cells: list[str]) -> bool:
     if not any(wavelength_of(cell) is not None for cell in cells):
         return False
@@ -45,8 +57,13 @@ def _fits(cells: list[str]) -> bool:
     return {"theta_i", "theta_r"} <= found.keys()
 
 
-def read(path: Path) -> list[Reading]:
+def read(path: Path, names: Mapping[str, str] | None = None) -> list[Reading]:
     """Read a wide table.
+
+    Parameters
+    ----------
+    names : mapping of str to str, optional
+        Headings of the file, and the names that they stand for.
 
     Raises
     ------
@@ -55,7 +72,7 @@ def read(path: Path) -> list[Reading]:
         too few or too many cells, text in a number.
     """
     text = read_text(path)
-    sheet = open_sheet(path, text, _fits)
+    sheet = open_sheet(path, text, _fits, partial(renamed, path, names=names) if names else None)
     if not _fits(list(sheet.names)):
         raise InputError(f"{path}: no line names theta_i, theta_r and wavelengths like 550nm")
     angles = find_columns(path, sheet.names, ANGLES)
@@ -94,7 +111,8 @@ def read(path: Path) -> list[Reading]:
                 scale=scale,
                 sure=frozenset({"length"}),
             ),
-            notes=() if azimuth else ("a zenith with + is taken to lie on the specular side",),
+            notes=sheet.notes(column.place for column in angles.values())
+            + (() if azimuth else ("a zenith with + is taken to lie on the specular side",)),
             lines=np.array([line for block in blocks for line in block.lines], dtype=np.float64),
             sample=path.stem,
         )
@@ -103,5 +121,5 @@ def read(path: Path) -> list[Reading]:
 
 FORMAT = Format(
     "wide", "CSV or tab table, wavelengths as columns", (".wide.csv",), sniff, read, write,
-    "directions and wavelengths, no uncertainties",
+    "directions and wavelengths, no uncertainties", maps_names=True,
 )  # fmt: skip

@@ -1,5 +1,7 @@
 """What the author of a model writes: a table and one expression, on one page.
 
+For example::
+
     MODEL = model(
         title="Lambert's cosine law",
         source="…",
@@ -142,7 +144,7 @@ def model(
     parameters : sequence of Parameter
         The table, by `linear`, `shape`, `log_shape` and `given`.
     value : callable
-        (g, *parameters) -> expression of the BRDF, 1/sr, without the cosine. A model with `terms` is
+        ``(g, *parameters)`` -> expression of the BRDF, 1/sr, without the cosine. A model with `terms` is
         called with ``left_out=frozenset of names`` as well.
     kind : "lobe", "base" or "whole"
     flags : Flags

@@ -7,8 +7,11 @@ every result says which one ran.
 
 from __future__ import annotations
 
+import os
+import tempfile
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clbrdf.errors import DeviceError
@@ -103,9 +106,7 @@ def choose_device(name: str | None = None) -> Device:
     """
     devices = list_devices()
     if not devices:
-        raise DeviceError(
-            "no OpenCL platform found; install the CPU runtime with: pip install 'pyopencl[pocl]'"
-        )
+        raise DeviceError(_why_none())
     if name is None:
         return devices[0]
     for device in devices:
@@ -113,6 +114,61 @@ def choose_device(name: str | None = None) -> Device:
             return device
     there = "; ".join(str(d) for d in devices)
     raise DeviceError(f"no OpenCL device is called {name!r}; there are: {there}")
+
+
+def _why_none() -> str:
+    """Return why there is no device, and the mend."""
+    import pyopencl as cl
+
+    try:
+        names = [platform.name.strip() for platform in cl.get_platforms()]
+    except cl.LogicError:
+        names = []
+    if not names:
+        return "no OpenCL platform found; install the CPU runtime with: pip install 'pyopencl[pocl]'"
+    folder = _pocl_cache()
+    if POCL in names and not _can_be_written(folder):
+        return (
+            f"PoCL cannot write its cache, {folder}, and gives no device; set POCL_CACHE_DIR to a folder that"
+            " can be written"
+        )
+    return f"the OpenCL platform {' and '.join(names)} has no device; look at its installation"
+
+
+def _pocl_cache() -> Path:
+    """Return where PoCL keeps what it compiles, by its manual ("Environment variables")."""
+    if own := os.environ.get("POCL_CACHE_DIR"):
+        return Path(own)
+    if caches := os.environ.get("XDG_CACHE_HOME"):
+        return Path(caches) / "pocl"
+    home = os.environ.get("HOME")
+    return Path(home) / ".cache" / "pocl" if home else Path("/tmp/pocl")
+
+
+def _can_be_written(folder: Path) -> bool:
+    """Whether files can be made in a folder, which may itself have to be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+@cache
+def device_here(device: Device) -> Device:
+    """Return the device of this process that is the same runtime on the same hardware.
+
+    Raises
+    ------
+    DeviceError
+        There is none.
+    """
+    for here in list_devices():
+        if (str(here), here.driver, here.kind) == (str(device), device.driver, device.kind):
+            # What the process may use of it, and its place, can differ from process to process.
+            return here
+    raise DeviceError(f"{device} is not here; there are: {'; '.join(map(str, list_devices())) or 'none'}")
 
 
 @cache

@@ -67,7 +67,7 @@ def features_in_parts(model: Model, directions: Directions, precision: Precision
 
 @dataclass(frozen=True, eq=False)
 class Pending:
-    """A launch under way: its result (W, N_padded) can be read from `mapped` when `event` has come."""
+    """A launch under way: `mapped` holds its result (W, N_padded) when `event` has come."""
 
     x: Real
     result: cl.Buffer
@@ -78,8 +78,8 @@ class Pending:
 class Launcher:
     """The evaluate kernel with parameters (W, P) on the device, ready for block after block of directions.
 
-    A result stays in a buffer of the device until it is read, where on a CPU no copy is made; then the buffer
-    serves again.
+    A result stays in a buffer of the device until it is read, mapped where its memory is the host's and
+    copied from a GPU; then the buffer serves again.
     """
 
     def __init__(self, model: Model, parameters: Array, precision: Precision, device: Device) -> None:
@@ -107,9 +107,13 @@ class Launcher:
         features = upload_features(rows, self.precision, self.device)
         padded = np.uint64(shape[1])
         self._kernel(queue, (shape[1] // self._width, shape[0]), None, features, padded, self._sets, result)
-        mapped, event = cl.enqueue_map_buffer(
-            queue, result, cl.map_flags.READ, 0, shape, self.precision.dtype, is_blocking=False
-        )
+        if self.device.kind == "gpu":  # whose memory is its own
+            mapped = np.empty(shape, self.precision.dtype)
+            event = cl.enqueue_copy(queue, mapped, result, is_blocking=False)
+        else:
+            mapped, event = cl.enqueue_map_buffer(
+                queue, result, cl.map_flags.READ, 0, shape, self.precision.dtype, is_blocking=False
+            )
         queue.flush()
         return Pending(x, result, mapped, event)
 
@@ -118,7 +122,8 @@ class Launcher:
         pending.event.wait()
         out[...] = pending.mapped[:, : len(pending.x)].T
         mapping: Any = pending.mapped.base
-        mapping.release(open_queue(self.device))
+        if mapping is not None:
+            mapping.release(open_queue(self.device))
         self._spare.append(pending.result)
         if self.precision.dtype is np.float32 and not np.isfinite(out.max()):
             beyond = ~np.isfinite(out).all(axis=0)

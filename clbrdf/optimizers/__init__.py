@@ -9,24 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from clbrdf.errors import InputError
-from clbrdf.optimizers import (
-    ags,
-    annealing,
-    crs2,
-    direct,
-    esch,
-    evolution,
-    homology,
-    isres,
-    mlsl,
-    multi_start,
-    random_search,
-    stogo,
-)
+from clbrdf.optimizers import annealing, evolution, homology, multi_start, random_search
+from clbrdf.optimizers.nlopt_run import run_nlopt
 from clbrdf.optimizers.objective import Values
 from clbrdf.optimizers.trace import Recorder, Trace
 
@@ -56,17 +45,41 @@ class Optimizer:
     random: bool = True
 
 
+def _nlopt(
+    name: str,
+    title: str,
+    algorithm: str,
+    local: str | None = None,
+    *,
+    gradient: bool = False,
+    random: bool = True,
+) -> Optimizer:
+    run = partial(run_nlopt, algorithm=algorithm, local=local)
+    return Optimizer(name, f"nlopt {title}", run, gradient, random)
+
+
 OPTIMIZERS = {
     optimizer.name: optimizer
     for optimizer in (
-        Optimizer("crs2", "nlopt CRS2-LM", crs2.run),
-        Optimizer("isres", "nlopt ISRES", isres.run),
-        Optimizer("esch", "nlopt ESCH", esch.run),
-        Optimizer("mlsl-bobyqa", "nlopt MLSL-LDS + BOBYQA", mlsl.run_bobyqa),
-        Optimizer("mlsl-lbfgs", "nlopt MLSL-LDS + L-BFGS", mlsl.run_lbfgs, gradient=True),
-        Optimizer("stogo", "nlopt StoGO, randomised", stogo.run, gradient=True),
-        Optimizer("ags", "nlopt AGS", ags.run, random=False),
-        Optimizer("direct", "nlopt DIRECT-L", direct.run, random=False),
+        # Controlled random search with local mutation: Kaelo and Ali, J. Optim. Theory Appl. 130 (2006) 253.
+        _nlopt("crs2", "CRS2-LM", "GN_CRS2_LM"),
+        # Stochastic ranking evolution strategy: Runarsson and Yao, IEEE Trans. Syst. Man Cybern. C 35 (2005)
+        # 233.
+        _nlopt("isres", "ISRES", "GN_ISRES"),
+        # Evolutionary algorithm of da Silva Santos.
+        _nlopt("esch", "ESCH", "GN_ESCH"),
+        # Local searches from a low-discrepancy sequence, one a cluster: Kucherenko and Sytsko, Comput. Optim.
+        # Appl. 30 (2005) 297. BOBYQA needs no gradient, L-BFGS takes ours.
+        _nlopt("mlsl-bobyqa", "MLSL-LDS + BOBYQA", "G_MLSL_LDS", "LN_BOBYQA"),
+        _nlopt("mlsl-lbfgs", "MLSL-LDS + L-BFGS", "G_MLSL_LDS", "LD_LBFGS", gradient=True),
+        # Branch and bound with gradients: Madsen, Zertchaninov and Zilinskas, "Global Optimization using
+        # Branch-and-Bound" (1998).
+        _nlopt("stogo", "StoGO, randomised", "GD_STOGO_RAND", gradient=True),
+        # A Hilbert curve with estimated Lipschitz constants; it may stop by itself: Strongin and Sergeyev,
+        # Global Optimization with Non-Convex Constraints (2000).
+        _nlopt("ags", "AGS", "GN_AGS", random=False),
+        # Dividing rectangles, locally biased: Gablonsky and Kelley, J. Glob. Optim. 21 (2001) 27.
+        _nlopt("direct", "DIRECT-L", "GN_DIRECT_L", random=False),
         Optimizer("dual-annealing", "scipy dual_annealing", annealing.run),
         Optimizer("evolution", "scipy differential_evolution", evolution.run),
         Optimizer("shgo", "scipy shgo", homology.run, gradient=True, random=False),

@@ -19,7 +19,7 @@ from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import Found, search_twice
 from clbrdf.optimizers.objective import NumpyObjective
-from clbrdf.optimizers.processes import run_jobs
+from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
 
 TOLERANCE = 1e-6
@@ -73,7 +73,7 @@ class Verdict:
 
 def tolerance_of(fit: Fit) -> float:
     """Return the gap in E up to which a fit agrees: the `rtol` that it was made with, else TOLERANCE."""
-    return float(fit.provenance.get("rtol", TOLERANCE))
+    return TOLERANCE if fit.setup.rtol is None else fit.setup.rtol
 
 
 def sample_places(fit: Fit, count: int | None = WAVELENGTHS) -> npt.NDArray[np.intp]:
@@ -84,7 +84,7 @@ def sample_places(fit: Fit, count: int | None = WAVELENGTHS) -> npt.NDArray[np.i
     InputError
         A count below 1.
     """
-    fitted = np.flatnonzero((fit.weights > 0.0).any(axis=0))
+    fitted = fit.setup.fitted
     if count is None or count >= len(fitted):
         return fitted
     if count < 1:
@@ -98,7 +98,7 @@ def check_fit(
     *,
     seed: int = 0,
     effort: float = 1.0,
-    processes: int = 1,
+    executor: Executor | None = None,
     report: Report = silent,
 ) -> tuple[Verdict, ...]:
     """Search the optimum of a fit again at some of its wavelengths.
@@ -115,9 +115,8 @@ def check_fit(
         Of the searches.
     effort : float
         Factor on their budgets (clbrdf.optimizers.independent).
-    processes : int
-        Over which the wavelengths are spread; results do not depend on it. With more than 1, a script has to
-        guard its main part, as for every use of multiprocessing.
+    executor : Executor, optional
+        Runs the wavelengths; one after the other if not given. Results do not depend on it.
     report : callable
         Called with (wavelengths done, wavelengths in all).
 
@@ -132,24 +131,24 @@ def check_fit(
         A place that is not in the fit, or has no data; a fit whose wavelengths were tied (`smooth`), which
         gives up some of E on purpose.
     """
-    if "smooth" in fit.provenance:
+    if fit.setup.smooth is not None:
         raise InputError(TIED)
     chosen = sample_places(fit) if places is None else np.asarray(places, dtype=np.intp)
     w = len(fit.wavelength)
     for place in chosen:
         if not 0 <= place < w:
             raise InputError(f"no wavelength {place} to check; the fit has {w}, counted from 0")
-        if not (fit.weights[:, place] > 0.0).any():
+        if not (fit.setup.weights[:, place] > 0.0).any():
             raise InputError(f"nothing to check at {fit.wavelength[place]:g} nm: all values are masked")
     jobs = []
     for place in chosen:
         one = [int(place)]
         problem = make_problem(
-            *(fit.scan.columns(one), fit.weights[:, one], fit.model, fit.bounds, choose_device()),
+            *(fit.scan.columns(one), fit.setup.weights[:, one], fit.model, fit.setup.bounds, choose_device()),
             given={name: fit.parameters[name][one] for name in (*fit.given, *fit.shared)},
         )
         jobs.append((problem, seed, effort))
-    found = run_jobs(_search, jobs, processes, report)
+    found = run_jobs(executor or Serial(), _search, jobs, len(jobs), report)
     return tuple(
         _verdict(fit, int(place), problem, pair)
         for place, (problem, _, _), pair in zip(chosen, jobs, found, strict=True)

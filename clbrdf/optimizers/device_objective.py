@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.seen import POINTS, library_of, upload_seen
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import get_precision
 from clbrdf.opencl.program import Variant, build, upload
@@ -41,18 +42,20 @@ class DeviceObjective(NumpyObjective):
         self._given = problem.lower[wavelength]
         self._dtype: Any = arithmetic.dtype
         self._queue = open_queue(device)
-        values = Variant.on(device, "objectives", problem.model, arithmetic, ("objective",))
-        gradients = Variant.on(device, "gradients", problem.model, arithmetic, ("coordinates",))
+        library = library_of(problem.seen)
+        part = "points" if library == POINTS else "nodes"
+        values = Variant.on(device, "objectives", problem.model, arithmetic, ("objective", library), (part,))
+        gradients = Variant.on(device, "gradients", problem.model, arithmetic, ("coordinates", library))
         self._width = values.lanes.width
         self._values = cl.Kernel(build(device, values), "objectives")
         self._gradients = cl.Kernel(build(device, gradients), "gradients")
-        rows, starts = upload(device, problem.features, self._dtype), upload(device, problem.starts)
+        seen, starts = upload_seen(device, problem.seen, self._dtype), upload(device, problem.starts)
         groups = np.uint32(len(problem.starts) - 1)
         target, scale = (
             upload(device, array[wavelength], self._dtype) for array in (problem.target, problem.scale)
         )
-        self._values_data = (rows, starts, groups, np.uint32(problem.size[1]), target, scale)
-        self._gradients_data = (rows, starts, groups, target, scale)
+        self._values_data = (*seen, starts, groups, np.uint32(problem.size[1]), target, scale)
+        self._gradients_data = (*seen, starts, groups, target, scale)
         self._room, self._buffers = 0, ()  # type: tuple[int, tuple[Any, ...]]
 
     def values(self, q: Array) -> Array:

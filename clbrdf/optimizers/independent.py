@@ -93,8 +93,8 @@ def _linear_solution(objective: NumpyObjective) -> Array:
     limits = np.sort(ends[:, objective.coordinates.free], axis=0)
     parameters = objective.coordinates.values(objective.lower)
     parameters[objective.coordinates.free] = 0.0
-    rest = objective.target - objective.scale * objective.model.brdf(parameters[None, :], objective.features)
-    columns = objective.model.jacobian(parameters[None, :], objective.features)[:, objective.coordinates.free]
+    rest = objective.target - objective.scale * objective.seen.brdf(parameters[None, :])
+    columns = objective.seen.jacobian(parameters[None, :])[:, objective.coordinates.free]
     columns = columns * objective.scale[:, None]
     length = np.linalg.norm(columns, axis=0)
     length = np.where(length > 0.0, length, 1.0)

@@ -19,16 +19,16 @@ from clbrdf.optimizers.trace import Finished, Recorder
 Array = npt.NDArray[np.float64]
 
 
-def run_nlopt(recorder: Recorder, algorithm: str, seed: int, local: str | None = None) -> None:
+def run_nlopt(recorder: Recorder, seed: int, algorithm: str, local: str | None = None) -> None:
     """Run an algorithm of nlopt from a random start until the recorder has finished or it ends by itself.
 
     Parameters
     ----------
     recorder : Recorder
-    algorithm, local : str
-        Names in nlopt; `local` is the solver of MLSL.
     seed : int
         Of nlopt's random numbers and of the start.
+    algorithm, local : str
+        Names in nlopt; `local` is the solver of MLSL.
     """
     import nlopt
 

@@ -86,7 +86,7 @@ class NumpyObjective:
     def __init__(self, problem: Problem, wavelength: int = 0) -> None:
         used = problem.scale[wavelength] > 0.0
         self.model, self.coordinates = problem.model, Coordinates(problem, wavelength)
-        self.features = np.ascontiguousarray(problem.features[used])
+        self.seen = problem.seen.take(used)
         self.scale, self.target = problem.scale[wavelength][used], problem.target[wavelength][used]
         free = self.coordinates.free
         self.lower, self.upper = problem.lower[wavelength][free], problem.upper[wavelength][free]
@@ -95,7 +95,7 @@ class NumpyObjective:
     def values(self, q: Array) -> Array:
         """E (K,) of coordinates (K, Q)."""
         with np.errstate(all="ignore"):
-            residual = self.model.brdf(self.coordinates.values(q)[:, None, :], self.features)
+            residual = self.seen.brdf(self.coordinates.values(q)[:, None, :])
             residual *= self.scale
             residual -= self.target
             return tamed(np.einsum("kn,kn->k", residual, residual))
@@ -103,7 +103,7 @@ class NumpyObjective:
     def at_parameters(self, parameters: Array) -> float:
         """E at parameters (P,) in the units of the table, exactly these; NaN where they are NaN."""
         with np.errstate(all="ignore"):
-            residual = self.model.brdf(parameters[None, :], self.features) * self.scale - self.target
+            residual = self.seen.brdf(parameters[None, :]) * self.scale - self.target
             return float(residual @ residual)
 
     def value_and_gradient(self, q: Array) -> tuple[float, Array]:
@@ -129,11 +129,11 @@ class NumpyObjective:
     def _value_and_jacobian(self, p: Array) -> tuple[Array, Array]:
         """f (N,) and ∂f/∂p (N, Q) at parameters (P,)."""
         free = self.coordinates.free
-        jacobian = self.model.jacobian(p[None, :], self.features)
+        jacobian = self.seen.jacobian(p[None, :])
         if self.model.homogeneous:  # f = Σ p ∂f/∂p over the linear parameters
             places = list(self.model.linear)
             return jacobian[:, places] @ p[places], jacobian[:, free]
-        return self.model.brdf(p[None, :], self.features), jacobian[:, free]
+        return self.seen.brdf(p[None, :]), jacobian[:, free]
 
 
 def tamed(values: Array) -> Array:

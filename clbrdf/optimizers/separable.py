@@ -69,11 +69,11 @@ class SeparableObjective:
         coordinates[:, self.free] = q
         parameters = whole.coordinates.values(coordinates)
         parameters[:, self.places] = 0.0
-        given = whole.model.brdf(parameters[:, None, :], whole.features) * whole.scale
+        given = whole.seen.brdf(parameters[:, None, :]) * whole.scale
         columns = []
         for place in self.places:
             parameters[:, place] = 1.0
-            columns.append(whole.scale * whole.model.brdf(parameters[:, None, :], whole.features) - given)
+            columns.append(whole.scale * whole.seen.brdf(parameters[:, None, :]) - given)
             parameters[:, place] = 0.0
         return np.stack(columns, axis=1), whole.target - given
 

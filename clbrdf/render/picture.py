@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from clbrdf.colour import encode_srgb
 from clbrdf.errors import InputError
 from clbrdf.formats.rgl.export import Export
 from clbrdf.formats.rgl.tables import write_tables
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.progress import Report
 from clbrdf.render.stage import stage
 from clbrdf.storage.files import whole_file
@@ -72,8 +72,8 @@ def render(
     """
     mi = load_mitsuba()
     total, done = np.zeros((size[1], size[0], 3)), 0
-    with tempfile.TemporaryDirectory(prefix="clbrdf-render-") as folder:
-        path = Path(folder) / "material.bsdf"
+    with scratch_folder() as folder:
+        path = folder / "material.bsdf"
         write_tables(path, export.tables)
         scene = mi.load_dict(stage(mi, str(path), *size, PASS))
         while done < samples:

@@ -3,9 +3,10 @@
     ε_BRDF² = ε_ME² + ε_IE² + ε_DE² + ε_PE²                                   (3)
     mechanical (4), illumination (5), detection (6), personal; in sum 6.05 %  (7)
 
-Sources that shift all points alike (scale) are kept apart from those that differ from point to point:
-a fit sees only the latter. A raw scan gives some sources measured at each of its points; they replace
-the percentage that stands for them in the table.
+Sources that shift all points alike (scale) are kept apart from those that differ from point to point, from
+one incident angle to the next, or from one run between two references to the next: calibration writes each
+as a component of the scan's uncertainty. A raw scan gives some sources measured at each of its points; they
+replace the percentage that stands for them in the table.
 
 Source: H. Wang, W. Zhang, A. Dong, Measurement 46 (2013) 3654–3661, equations (3)–(7).
 """
@@ -30,6 +31,12 @@ GROUPS = {
 
 Measured = Literal["", "counting", "reference", "angle", "stray_light"]
 
+Kind = Literal["scale", "incident angle", "run", "point"]
+
+KINDS: tuple[Kind, ...] = ("scale", "incident angle", "run", "point")
+"""What has an error in common: all points, those of one incident angle, those that share a reading of the
+direct beam or the panel, or nothing."""
+
 
 class Source(Settings):
     """One source of error.
@@ -39,15 +46,19 @@ class Source(Settings):
     name : str
     percent : float
         Standard uncertainty of the BRDF, %.
-    kind : "scale" or "point"
-        Whether it shifts all points alike or differs from point to point.
+    kind : "scale", "incident angle", "run" or "point"
+        Which points it shifts alike: all, those of one incident angle, those between two references, none.
+    wavelength : "systematic", "random" or float
+        Whether it shifts all wavelengths of a point alike, each by itself, or those within so many nm (the
+        width of a bell).
     measured : str
         The source measured at each point that takes its place where a raw scan is given.
     """
 
     name: str
     percent: Annotated[float, Field(ge=0.0, lt=1000.0)]
-    kind: Literal["scale", "point"] = "scale"
+    kind: Kind = "scale"
+    wavelength: Literal["systematic", "random"] | Annotated[float, Field(gt=0.0)] = "systematic"
     measured: Measured = ""
 
 
@@ -82,11 +93,11 @@ class Budget(Settings):
     mechanical: tuple[Source, ...] = (Source(name="rotation, holder height, displacement", percent=3.34),)
     illumination: tuple[Source, ...] = (
         Source(name="lamp stability", percent=0.1, kind="point", measured="reference"),
-        Source(name="drift of the reflected luminance", percent=0.4, kind="point"),
+        Source(name="drift of the reflected luminance", percent=0.4, kind="run"),
         Source(name="stray light", percent=1.0, measured="stray_light"),
     )
     detection: tuple[Source, ...] = (
-        Source(name="signal to noise", percent=0.4, kind="point", measured="counting"),
+        Source(name="signal to noise", percent=0.4, kind="point", wavelength="random", measured="counting"),
         Source(name="nonlinearity", percent=0.4),
         Source(name="solid angle of the receiver", percent=0.7),
     )
@@ -102,15 +113,14 @@ class Budget(Settings):
         """Say whether a raw scan takes the place of this percentage."""
         return bool(source.measured) and bool(getattr(self.points, source.measured))
 
-    def without_measured(self, kind: str) -> float:
+    def remaining(self, kind: Kind) -> float:
         """Return the relative uncertainty from the percentages of a kind that no raw scan replaces."""
-        parts = [
-            source.percent / 100.0
-            for group in GROUPS
-            for source in self.sources(group)
-            if source.kind == kind and not self.is_measured(source)
-        ]
-        return root_sum_square(parts)
+        return root_sum_square([s.percent / 100.0 for s in self.remaining_sources() if s.kind == kind])
+
+    def remaining_sources(self) -> list[Source]:
+        """Return the sources that no raw scan replaces and that do something."""
+        every = [source for group in GROUPS for source in self.sources(group)]
+        return [source for source in every if source.percent > 0.0 and not self.is_measured(source)]
 
 
 def root_sum_square(parts: list[float]) -> float:
@@ -124,7 +134,7 @@ def group_percent(budget: Budget, group: str) -> float:
 
 
 def kind_percent(budget: Budget, kind: str) -> float:
-    """Return the scale part or the part that differs from point to point, %."""
+    """Return the part of one kind, %."""
     every = [source for group in GROUPS for source in budget.sources(group)]
     return root_sum_square([source.percent for source in every if source.kind == kind])
 

@@ -11,7 +11,7 @@ of it that lies in the bin.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,19 +21,16 @@ from clbrdf import __version__
 from clbrdf.errors import InputError
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.budget import Budget
+from clbrdf.rig.components import Counted, components_of
 from clbrdf.rig.exposure import saturation_limit
 from clbrdf.rig.kinematics import forward
 from clbrdf.rig.panel import panel_share
 from clbrdf.rig.planfile import WavelengthGrid
 from clbrdf.rig.rawscan import RawScan, write_raw
 from clbrdf.rig.row import DISAGREE, NO_ROW, PANEL, ROW_FLAGS, SKIPPED
-from clbrdf.rig.uncertainty import (
-    MEDIAN_OF_THREE,
-    angle_sigma,
-    count_variance,
-    linearised,
-)
+from clbrdf.rig.uncertainty import count_variance, linearised
 from clbrdf.scan import Scan
+from clbrdf.scan.component import root_sum
 from clbrdf.scan.flags import FLAGS, for_other_reasons
 from clbrdf.storage import hdf5
 
@@ -48,31 +45,8 @@ SATURATED_VALUE = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("saturated"))
 DISAGREE_VALUE = np.uint32(1 << len(FLAGS) + ROW_FLAGS.index("rungs_disagree"))
 
 
-@dataclass(frozen=True, eq=False)
-class Calibrated:
-    """An absolute scan and the parts of its uncertainty.
-
-    Attributes
-    ----------
-    scan : Scan
-        `sigma` is the total standard uncertainty.
-    parts : mapping of str to (N, W) float64
-        Standard uncertainty by source, 1/sr.
-    kinds : mapping of str to str
-        "scale" (all points alike) or "point" for each part.
-    """
-
-    scan: Scan
-    parts: dict[str, Array]
-    kinds: dict[str, str]
-
-    def combined(self, kind: str) -> Array:
-        """(N, W), 1/sr: all parts of one kind."""
-        return _root_sum([part for name, part in self.parts.items() if self.kinds[name] == kind])
-
-
-def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
-    """Return the absolute scan of a raw measurement.
+def calibrate(raw: RawScan, budget: Budget) -> Scan:
+    """Return the absolute scan of a raw measurement, with the components of its uncertainty.
 
     Raises
     ------
@@ -85,12 +59,12 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
     theta_i, phi_i, theta_r, phi_r = _angles(raw, rows, skipped)
     shape = (len(rows), len(grid))
     brdf, flags = np.full(shape, np.nan), np.zeros(shape, np.uint32)
-    parts = {name: np.zeros(shape) for name in ("counting", "incident power", "stray light")}
+    counted = Counted.empty(shape)
     for first in range(0, len(rows), BLOCK_ROWS):
         block = slice(first, first + BLOCK_ROWS)
         good = np.nonzero(~skipped[block])[0] + first
         if len(good):
-            _fill(raw, rows[good], cos_deg(theta_r[good]), weights, good, budget, brdf, flags, parts)
+            _fill(raw, rows[good], cos_deg(theta_r[good]), weights, good, budget, brdf, flags, counted)
     flags[skipped] |= NOT_MEASURED | LIMIT
     flags[(raw.rows["flags"][rows] & DISAGREE) != 0] |= DISAGREE_VALUE
     scan = Scan(
@@ -106,8 +80,13 @@ def calibrate(raw: RawScan, budget: Budget) -> Calibrated:
         instrument=raw.rig.name,
         provenance={**raw.provenance, "calibrated_by": f"clbrdf {__version__}"},
     )
-    kinds = {"counting": "point", "incident power": "scale", "stray light": "scale"}
-    return _with_budget(raw, scan, rows, skipped, budget, parts, kinds)
+    components = components_of(raw, scan, rows, skipped, budget, counted)
+    assert scan.flags is not None
+    # A value below zero has an uncertainty like any other; with it, it may be a dark surface's.
+    without = for_other_reasons(scan.flags)
+    total = root_sum(components, np.where(without, 0.0, scan.brdf))
+    total[without] = np.nan
+    return replace(scan, sigma=total, components=components)
 
 
 def grid_and_weights(wavelength: Array, grid: WavelengthGrid, is_discrete: bool) -> tuple[Array, Array]:
@@ -198,12 +177,12 @@ def _fill(
     budget: Budget,
     brdf: Array,
     flags: npt.NDArray[np.uint32],
-    parts: dict[str, Array],
+    counted: Counted,
 ) -> None:
     """Calibrate a block of points by (2) and put values, flags and uncertainties in their places."""
     table = raw.rows
     direct = table["direct"][rows]
-    signal, variance = _rates(raw, rows)
+    signal, variance, dark_variance = _rates(raw, rows)
     unique, back = np.unique(direct, return_inverse=True)
     incident, incident_variance = (values[back] for values in incident_power(raw, unique))
     power = table["reference_power"]
@@ -216,12 +195,13 @@ def _fill(
     touched = (weights > 0.0).astype(np.float64)
     unseen = resample(blind, touched) > 0.0
     brdf[places] = np.where(unseen, np.nan, resample(values, weights))
-    parts["counting"][places] = np.sqrt(resample(variance * factor**2, weights**2))
+    counted.counting[places] = np.sqrt(resample(variance * factor**2, weights**2))
+    counted.dark[places] = np.sqrt(resample(dark_variance * factor**2, weights**2))
     relative = incident_variance / safe**2
-    parts["incident power"][places] = np.sqrt(resample(relative * values**2, weights**2))
+    counted.incident[places] = np.sqrt(resample(relative, weights**2))
     if budget.points.stray_light:
         stray = budget.points.stray_light * signal.mean(axis=1, keepdims=True) * factor
-        parts["stray light"][places] = np.abs(resample(stray, weights))
+        counted.stray[places] = np.abs(resample(stray, weights))
     full_pixels = is_full(raw, rows) | is_full(raw, direct)
     flags[places] |= np.where(resample(full_pixels, touched) > 0.0, SATURATED_VALUE, np.uint32(0))
     flags[places] |= np.where(unseen, NOT_MEASURED, np.uint32(0))
@@ -232,7 +212,8 @@ def incident_power(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Arr
 
     The direct beam is it; a panel's signal is divided by what the panel sends of it to the detector.
     """
-    rate, variance = _rates(raw, rows)
+    rate, own, dark = _rates(raw, rows)
+    variance = own + dark
     here = np.nonzero(raw.rows["kind"][rows] == PANEL)[0]
     if len(here):
         panel = raw.rig.geometry.panel
@@ -260,25 +241,24 @@ def is_full(raw: RawScan, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
     return np.asarray(raw.rows["counts"][rows] >= limit * scans)
 
 
-def _rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Linear net counts per second (n, P) of rows and their variance from counting and reading.
+def _rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array, Array]:
+    """Linear net counts per second (n, P) of rows, their variance from counting and reading, and the darks'.
 
     Where a row has longer integration times besides, each pixel takes the longest that is not saturated.
     """
-    rate, variance = _own_rates(raw, rows)
+    found = _own_rates(raw, rows)
     longer = raw.rows["rung"][rows]
     while (longer != NO_ROW).any():
         here = np.nonzero(longer != NO_ROW)[0]
         there = longer[here].astype(np.intp)
-        own, own_variance = _own_rates(raw, there)
         good = ~is_full(raw, there)
-        rate[here] = np.where(good, own, rate[here])
-        variance[here] = np.where(good, own_variance, variance[here])
+        for kept, own in zip(found, _own_rates(raw, there), strict=True):
+            kept[here] = np.where(good, own, kept[here])
         longer = np.where(longer == NO_ROW, NO_ROW, raw.rows["rung"][longer])
-    return rate, variance
+    return found
 
 
-def _own_rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+def _own_rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array, Array]:
     """As `_rates`, of the rows' own integration times."""
     table, detector = raw.rows, raw.rig.spectrometer
     scans, dark_scans = (table["scans"][r].astype(np.float64)[:, None] for r in (rows, table["dark"][rows]))
@@ -286,64 +266,22 @@ def _own_rates(raw: RawScan, rows: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     dark = table["counts"][table["dark"][rows]] / dark_scans
     seconds = table["integration_time"][rows][:, None]
     linear, slope = linearised(counts - dark, raw.nonlinearity)
-    variance = count_variance(counts, detector) / scans + count_variance(dark, detector) / dark_scans
-    return linear / seconds, variance * (slope / seconds) ** 2
+    carried = (slope / seconds) ** 2
+    own, of_dark = count_variance(counts, detector) / scans, count_variance(dark, detector) / dark_scans
+    return linear / seconds, own * carried, of_dark * carried
 
 
-def _with_budget(
-    raw: RawScan,
-    scan: Scan,
-    rows: npt.NDArray[np.intp],
-    skipped: npt.NDArray[np.bool_],
-    budget: Budget,
-    parts: dict[str, Array],
-    kinds: dict[str, str],
-) -> Calibrated:
-    """Add what does not come from the counts, and the total to the scan."""
-    assert scan.flags is not None
-    # A value below zero has an uncertainty like any other; with it, it may be a dark surface's.
-    without = for_other_reasons(scan.flags)
-    size = np.abs(np.where(without, 0.0, scan.brdf))
-    if not budget.points.counting:
-        parts["counting"][:] = 0.0
-        parts["incident power"][:] = 0.0
-    if budget.points.reference:
-        # Two readings, before and after, each the median of three; the direct beam has its own two.
-        reading = raw.rig.reference.noise * np.sqrt(MEDIAN_OF_THREE / 2.0)
-        parts["reference"], kinds["reference"] = size * reading, "point"
-        parts["incident power"] = np.hypot(parts["incident power"], size * reading)
-    if raw.rig.geometry.panel is not None:
-        parts["panel"], kinds["panel"] = size * raw.rig.geometry.panel.uncertainty, "scale"
-    if budget.points.angle:
-        axes = np.where(skipped[:, None], 0.0, raw.rows["axes"][rows])
-        parts["angle"], kinds["angle"] = angle_sigma(scan, axes, budget.points.angle), "point"
-    for kind, name in (("point", "other, by point"), ("scale", "other, scale")):
-        parts[name], kinds[name] = size * budget.without_measured(kind), kind
-    total = _root_sum(list(parts.values()))
-    total[without] = np.nan
-    return Calibrated(replace(scan, sigma=total), parts, kinds)
-
-
-def _root_sum(parts: list[Array]) -> Array:
-    return np.asarray(np.sqrt(np.sum([part**2 for part in parts], axis=0)))
-
-
-def save_calibrated(
-    path: Path | str, raw: RawScan, calibrated: Calibrated, budget: Budget, overwrite: bool
-) -> None:
-    """Write the scan with its uncertainty by parts, the budget, and the raw counts.
+def save_calibrated(path: Path | str, raw: RawScan, scan: Scan, budget: Budget, overwrite: bool) -> None:
+    """Write a calibrated scan, the budget, and the raw counts.
 
     Raises
     ------
     InputError
         The file exists and may not be replaced, or cannot be written.
     """
-    scan = calibrated.scan
     with hdf5.create_file(path, "scan", f"BRDF of {scan.sample or 'a sample'}", overwrite) as file:
         entry = file["entry"]
         scan.write(entry)
         group = hdf5.group(entry, "uncertainty", "NXcollection")
         group["budget"] = budget.model_dump_json()
-        for kind, name in (("point", "brdf_errors_point"), ("scale", "brdf_errors_scale")):
-            hdf5.field(group, name, calibrated.combined(kind), "1/sr", f"standard uncertainty, {kind} part")
         write_raw(entry, raw)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from clbrdf.errors import InputError
 from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.row import POINT
 from clbrdf.rig.segment import read_header, read_rows
+from clbrdf.rig.segmentcheck import check_segments
 from clbrdf.rig.store import log_path, run_folder, segments
 
 TRIES, PAUSE = 5, 0.05
@@ -86,6 +88,8 @@ def progress_of(path: str | Path) -> Progress:
 
 def _running(folder: Path) -> Progress:
     paths = segments(folder)
+    for path in paths:
+        _check_once(path, path.stat().st_ino)
     tables = [read_rows(segment) for segment in paths]
     total = int(read_header(paths[0])["points"] or 0) if paths else 0
     log = log_path(folder)
@@ -102,6 +106,13 @@ def _running(folder: Path) -> Progress:
         if here > 1:
             remaining = seconds / here * (total - points)
     return Progress(points, total, rows, latest, remaining, events, is_complete=False)
+
+
+@lru_cache(maxsize=64)
+def _check_once(path: Path, number: int) -> None:
+    """Make sure that HDF5 comes to an end with a segment, when this process meets it first."""
+    del number
+    check_segments([path])
 
 
 def follow(path: str | Path, show: Callable[[Progress], None], interval: float = 1.0) -> Progress:

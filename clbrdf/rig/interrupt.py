@@ -6,10 +6,8 @@ and pauses there; `fg` goes on.
 
 from __future__ import annotations
 
-import os
 import signal
-import threading
-import weakref
+import sys
 from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
@@ -22,10 +20,13 @@ class StopRequest:
 
     `check` is called between exchanges and raises `StoppedError` once a stop was asked for. On a second
     signal KeyboardInterrupt is raised wherever the program is; the measurement then stops the stages
-    and closes the shutter on its way out.
+    and closes the shutter on its way out. Python drops what is raised in a destructor or in the callback of a
+    weak reference: where that happened, the next `check` raises KeyboardInterrupt again.
 
     Attributes
     ----------
+    number : int
+        Of the first signal; 0 before it.
     told : callable
         Called at the first signal, to tell the user what happens now.
     told_pause : callable
@@ -35,7 +36,8 @@ class StopRequest:
     def __init__(self, told: Callable[[], None], told_pause: Callable[[], None] = lambda: None) -> None:
         self.told = told
         self.told_pause = told_pause
-        self.is_asked = False
+        self.number = 0
+        self.is_urgent = False
         self.is_pausing = False
         self._before: dict[int, Any] = {}
 
@@ -43,24 +45,29 @@ class StopRequest:
         for number in (signal.SIGINT, signal.SIGTERM):
             self._before[number] = signal.signal(number, self._asked)
         self._before[signal.SIGTSTP] = signal.signal(signal.SIGTSTP, self._asked_to_pause)
+        self._tell_dropped, sys.unraisablehook = sys.unraisablehook, self._dropped
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        sys.unraisablehook = self._tell_dropped
         # Once a stop was asked for the program ends: a late signal must not disturb its last words.
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_IGN if self.is_asked else handler)
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        if self.is_asked and frame is not None and frame.f_code.co_filename == weakref.__file__:
-            # What is raised in a callback of a weak reference is lost: the signal comes once more.
-            threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
-            return
+        del frame
         if self.is_asked:
+            self.is_urgent = True
             raise KeyboardInterrupt
-        self.is_asked = True
+        self.number = number
         self.told()
+
+    def _dropped(self, dropped: sys.UnraisableHookArgs) -> None:
+        """Say nothing of a KeyboardInterrupt that Python drops: `check` raises it again."""
+        if not issubclass(dropped.exc_type, KeyboardInterrupt):
+            self._tell_dropped(dropped)
 
     def _asked_to_pause(self, number: int, frame: FrameType | None) -> None:
         del number, frame
@@ -80,6 +87,13 @@ class StopRequest:
         return True
 
     def check(self) -> None:
-        """Raise StoppedError if the user asked to stop."""
+        """Raise StoppedError if the user asked to stop, KeyboardInterrupt if twice."""
+        if self.is_urgent:
+            raise KeyboardInterrupt
         if self.is_asked:
             raise StoppedError
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether the user asked to stop."""
+        return self.number != 0

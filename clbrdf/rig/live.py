@@ -79,7 +79,7 @@ class Live:
             self.show(Snapshot(done, self.total, row, empty, empty, empty, remaining))
             return
         raw = rows_alone(self.plan, self.rig, self.store, self.store.header, [reference, row])
-        scan = calibrate(raw, self.budget).scan
+        scan = calibrate(raw, self.budget)
         assert scan.sigma is not None
         values = np.where(scan.mask[0], np.nan, scan.brdf[0])
         self.show(Snapshot(done, self.total, row, scan.wavelength, values, scan.sigma[0], remaining))

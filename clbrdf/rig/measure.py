@@ -39,7 +39,6 @@ from clbrdf.rig.segment import Columns, read_header, read_rows
 from clbrdf.rig.store import Lock, Store, log_path, run_folder, segments
 from clbrdf.scan import Scan
 from clbrdf.storage.files import check_output
-from clbrdf.storage.hdf5 import first_line
 
 
 @dataclass(frozen=True)
@@ -185,13 +184,10 @@ def measure(
         calibrated = calibrate(raw, chosen)
         try:
             save_calibrated(target, raw, calibrated, chosen, overwrite)
-        except (OSError, RuntimeError) as error:  # h5py raises both when the disk is full
-            raise InputError(
-                f"{target}: cannot be written ({first_line(error)}); all rows are safe in {folder}:"
-                " free some space, then go on with --resume"
-            ) from error
+        except InputError as error:
+            raise InputError(f"{error}; all rows are safe in {folder}: then go on with --resume") from error
         _discard(folder)
-    return _outcome(raw, calibrated.scan, work)
+    return _outcome(raw, calibrated, work)
 
 
 Work = Route | Candidates

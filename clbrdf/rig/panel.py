@@ -9,7 +9,6 @@ so that the solid angle cancels in the sample's BRDF, and its uncertainty is the
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +17,8 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
+from clbrdf.formats.sheet import open_sheet
+from clbrdf.formats.text import read_text
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.kinematics import forward
 from clbrdf.storage.tomlfile import Settings
@@ -85,23 +86,22 @@ def load_panel(path: Path) -> PanelTable:
         No such file, a column missing, a value that is no number or not positive, or a direction that
         lacks a wavelength.
     """
-    try:
-        with open(path, encoding="utf-8", newline="") as stream:
-            rows = list(csv.DictReader(line for line in stream if line.strip() and line[0] != "#"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read as CSV ({error})") from error
-    if not rows or any(name not in rows[0] for name in COLUMNS):
-        raise InputError(f"{path}: needs the columns {', '.join(COLUMNS)} and at least one row")
+    sheet = open_sheet(path, read_text(path), lambda cells: set(COLUMNS) <= set(cells))
+    missing = [name for name in COLUMNS if name not in sheet.names]
+    if missing:
+        raise InputError(f"{path}: no column {missing[0]}; the columns are {', '.join(COLUMNS)}")
+    rows = [
+        row
+        for block in sheet.blocks()
+        for row in zip(
+            block.lines, *(sheet.numbers(block, sheet.names.index(n)) for n in COLUMNS), strict=True
+        )
+    ]
     values: dict[tuple[float, float, float], dict[float, float]] = {}
-    for place, row in enumerate(rows, start=2):
-        try:
-            theta_i, theta_r, phi, wavelength, brdf = (float(row[name]) for name in COLUMNS)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"{path}: row {place}: {list(row.values())} are not five numbers") from error
+    for place, *numbers in rows:
+        theta_i, theta_r, phi, wavelength, brdf = map(float, numbers)
         if not (np.isfinite([theta_i, theta_r, phi, wavelength, brdf]).all() and brdf > 0.0):
-            raise InputError(f"{path}: row {place}: brdf {brdf:g}; a panel's values are finite and above 0")
+            raise InputError(f"{path}, line {place}: brdf {brdf:g}; a panel's values are finite and above 0")
         values.setdefault((theta_i, theta_r, phi), {})[wavelength] = brdf
     wavelengths = sorted(next(iter(values.values())))
     for direction, spectrum in values.items():

@@ -14,9 +14,10 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig, read_rig
-from clbrdf.rig.row import KINDS, POINT, ROW_FLAGS, columns
+from clbrdf.rig.row import KINDS, POINT, ROW_FLAGS, columns, row_items
 from clbrdf.rig.segment import Columns
-from clbrdf.storage import hdf5
+from clbrdf.storage import hdf5, units
+from clbrdf.storage.schema import Item, check_group, read_items
 
 if TYPE_CHECKING:
     import h5py
@@ -25,6 +26,17 @@ Array = npt.NDArray[np.float64]
 
 STS_FULL_SCALE = 16383
 """Stands in files from before a spectrometer's own full scale was stored."""
+
+SCHEMA = (
+    Item("wavelength", ("P",), units.LENGTH),
+    Item("nonlinearity", ("K",)),
+    Item("full_scale", kind="whole", required=False),
+    Item("is_discrete", kind="truth", required=False),
+)
+"""Arrays beside the rows, P pixels."""
+
+PLANNED = ((0, "theta_i"), (2, "theta_r"), (3, "phi"))
+"""Places in a nominal direction of the angles that the first version wrote by point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,39 +139,73 @@ def read_raw(path: str | Path) -> RawScan:
         No such file, or a scan that was not measured by a rig of ours.
     """
     with hdf5.open_file(path) as file:
-        if "raw" not in file["entry"]:
-            raise InputError(f"{path}: carries no raw counts; only scans of 'clbrdf measure' do")
-        group = file["entry/raw"]
-        plan, rig = read_settings(hdf5.read_text(group, "plan"), hdf5.read_text(group, "rig"), path)
-        return RawScan(
-            plan,
-            rig,
-            group["wavelength"][()],
-            group["nonlinearity"][()],
-            int(group["full_scale"][()]) if "full_scale" in group else STS_FULL_SCALE,
-            bool(group["is_discrete"][()]) if "is_discrete" in group else False,
-            _read_rows(group),
-            hdf5.read_text(group, "log"),
-            hdf5.read_mapping(group, "provenance"),
-        )
+        try:
+            entry = hdf5.find_entry(file, path)
+            if "raw" not in entry:
+                raise InputError("carries no raw counts; only scans of 'clbrdf measure' do")
+            return _read(entry["raw"], path)
+        except InputError as error:
+            raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
+
+
+def _read(group: h5py.Group, path: str | Path) -> RawScan:
+    check_group(group)
+    plan, rig = read_settings(hdf5.read_text(group, "plan"), hdf5.read_text(group, "rig"), path)
+    rows = _read_rows(group)
+    pixels = rows["counts"].shape[1]
+    arrays = read_items(group, SCHEMA, {"P": pixels})
+    return RawScan(
+        plan,
+        rig,
+        arrays["wavelength"],
+        arrays["nonlinearity"],
+        int(arrays.get("full_scale", STS_FULL_SCALE)),
+        bool(arrays.get("is_discrete", False)),
+        rows,
+        hdf5.read_text(group, "log"),
+        hdf5.read_mapping(group, "provenance"),
+    )
 
 
 def _read_rows(group: h5py.Group) -> Columns:
     """Return the columns; those that an older file lacks get the values they stood for."""
-    rows = group["rows"]
-    count, pixels = rows["counts"].shape
+    found = read_items(group["rows"], row_items(all_required=False))
+    count, pixels = found["counts"].shape
     table: Columns = {}
     for column in columns(pixels):
-        if column.name in rows:
-            table[column.name] = rows[column.name][()].astype(column.dtype, copy=False)
+        if column.name in found:
+            table[column.name] = found[column.name].astype(column.dtype)
         else:
             table[column.name] = np.full((count, *column.shape), column.missing, column.dtype)
     if "planned_theta_i" in group:
-        points = table["point"]
+        items = [Item(f"planned_{name}", ("K",), units.ANGLE) for _, name in PLANNED]
+        planned, points = read_items(group, items), table["point"]
         own = points >= 0
-        for place, name in ((0, "theta_i"), (2, "theta_r"), (3, "phi")):
-            table["nominal"][own, place] = group[f"planned_{name}"][()][points[own]]
+        if own.any() and points.max() >= len(planned["planned_phi"]):
+            raise InputError(f"{group.name}/rows/point holds {points.max()}, which the plan does not have")
+        for place, name in PLANNED:
+            table["nominal"][own, place] = planned[f"planned_{name}"][points[own]]
         table["nominal"][own, 1] = 0.0
+    return _checked(table)
+
+
+def _checked(table: Columns) -> Columns:
+    """Return the rows; raise InputError where one of them says what no measurement writes."""
+    count = len(table["kind"])
+    for name, low, most in (
+        ("kind", 0, len(KINDS) - 1),
+        ("dark", -1, count - 1),
+        ("direct", -1, count - 1),
+        ("rung", -1, count - 1),
+        ("scans", 1, np.iinfo(np.uint32).max),
+    ):
+        bad = (table[name] < low) | (table[name] > most)
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise InputError(
+                f"{name} of row {row} is {table[name][row]}, and {low} to {most} is possible; the file is"
+                " damaged, restore it from a copy"
+            )
     return table
 
 

@@ -9,6 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.storage import units
+from clbrdf.storage.schema import Item
+
 POINT, DARK, DIRECT, CHECK, RUNG, PANEL = range(6)
 KINDS = ("point", "dark", "direct", "check", "rung", "panel")
 """What a row is: a point of the plan, a dark spectrum, the direct beam, a point measured again, a longer
@@ -80,6 +83,10 @@ class Row:
     rung: int = NO_ROW
 
 
+LATER = ("nominal", "scans", "temperature", "rung")
+"""Columns that files of earlier versions lack."""
+
+
 class Column(NamedTuple):
     """One column of the table: name, type on disk, shape of one value, unit, meaning."""
 
@@ -111,6 +118,18 @@ def columns(pixels: int) -> tuple[Column, ...]:
         Column("temperature", "<f8", (), "degC", "of the detector", nan),
         Column("rung", "<i8", (), "", "row with the next longer integration time", -1.0),
     )
+
+
+def row_items(all_required: bool) -> list[Item]:
+    """Return what a file holds of each column, R rows of P pixels; an older one lacks the later columns."""
+    kinds = {"f": "real", "u": "bits", "i": "whole", "S": "bytes"}
+    out = []
+    for column in columns(1):
+        shape = ("P",) if column.name == "counts" else tuple(str(length) for length in column.shape)
+        unit = units.same_as(column.units) if column.units else None
+        required = all_required or column.name not in LATER
+        out.append(Item(column.name, ("R", *shape), unit, kinds[np.dtype(column.dtype).kind], required))
+    return out
 
 
 def values_of(row: Row) -> list[npt.NDArray[np.generic]]:

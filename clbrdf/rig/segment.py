@@ -24,9 +24,10 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.rig.errors import StorageError
-from clbrdf.rig.row import Row, checksum, columns, values_of
+from clbrdf.rig.row import Row, checksum, columns, row_items, values_of
 from clbrdf.rig.segmentimage import image_of
-from clbrdf.storage.hdf5 import FORMAT_VERSION, first_line
+from clbrdf.storage.hdf5 import DAMAGE, FORMAT_VERSION, first_line
+from clbrdf.storage.schema import Item, clean, read_items
 
 if TYPE_CHECKING:
     import h5py
@@ -59,18 +60,26 @@ class SegmentWriter:
         self.keep_free = keep_free
         part = path.with_name(f".{path.name}.part")
         part.unlink(missing_ok=True)
+        self._sets: list[h5py.Dataset] = []
         self._file: h5py.File | None = h5py.File(part, "x", libver="latest")
-        for key, value in {"content": CONTENT, "clbrdf_format": FORMAT_VERSION, **header}.items():
-            self._file.attrs[key] = value
-        self._sets = []
-        for column in columns(pixels):
-            self._sets.append(self._column(column.name, column.dtype, column.shape, column.units))
-        self._checks = self._column("crc", "<u4", (), "")
-        self._committed = self._file.create_dataset("committed", data=np.zeros(2, "<u8"))
-        self._file.swmr_mode = True
-        self._sync()
-        os.rename(part, path)
-        _sync_folder(path.parent)
+        try:
+            for key, value in {"content": CONTENT, "clbrdf_format": FORMAT_VERSION, **header}.items():
+                self._file.attrs[key] = value
+            for column in columns(pixels):
+                self._sets.append(self._column(column.name, column.dtype, column.shape, column.units))
+            self._checks = self._column("crc", "<u4", (), "")
+            self._committed = self._file.create_dataset("committed", data=np.zeros(2, "<u8"))
+            self._file.swmr_mode = True
+            self._sync()
+            os.rename(part, path)
+            _sync_folder(path.parent)
+        except (OSError, RuntimeError) as error:  # h5py raises both
+            self._abandon()
+            part.unlink(missing_ok=True)
+            raise StorageError(
+                f"{path}: cannot be written ({_reason(error)}); the rows of earlier segments are safe: free"
+                " some space, then go on with --resume"
+            ) from error
 
     def _column(self, name: str, dtype: str, shape: tuple[int, ...], units: str) -> h5py.Dataset:
         assert self._file is not None
@@ -168,13 +177,13 @@ def _read(path: Path, take: Callable[[h5py.File], T]) -> T:
             with h5py.File(image_of(path), "r") as file:
                 if file.attrs.get("content") != CONTENT:
                     raise InputError(f"{path}: no segment of a measurement, or a damaged segment; {mend}")
-                length = int(file["committed"][-1]) if file["committed"].shape == (2,) else 0
+                length = int(_committed(file)[-1])
                 found = path.stat().st_size
                 if found < length:
                     raise InputError(f"{path}: cut short, {found} of {length} bytes are there; {mend}")
                 return take(file)
-        except (OSError, RuntimeError, KeyError, ValueError) as error:
-            if isinstance(error, InputError):
+        except (*DAMAGE, InputError) as error:
+            if isinstance(error, InputError) and str(path) in str(error):
                 raise
             if attempt == READINGS - 1:
                 raise InputError(f"{path}: damaged segment ({first_line(error)}); {mend}") from error
@@ -190,7 +199,11 @@ def read_header(path: Path) -> dict[str, str]:
     InputError
         The file cannot be read or is no segment.
     """
-    return _read(path, lambda file: {key: str(value) for key, value in file.attrs.items()})
+    return _read(path, lambda file: {clean(key): _plain(value) for key, value in file.attrs.items()})
+
+
+def _plain(value: Any) -> str:
+    return clean(value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value))
 
 
 def read_rows(path: Path) -> Columns:
@@ -217,12 +230,25 @@ def read_rows(path: Path) -> Columns:
 
 
 def _take_rows(file: h5py.File) -> tuple[Columns, npt.NDArray[np.uint32]]:
-    count = int(file["committed"][0])
+    count = int(_committed(file)[0])
+    items = [*row_items(all_required=True), Item("crc", ("R",), kind="bits")]
     written = file["crc"].shape[0]
     if not count <= written <= count + 1:
         raise ValueError(f"{count} rows are committed and {written} written")
-    rows: Columns = {c.name: file[c.name][:count] for c in columns(file["counts"].shape[1])}
-    return rows, file["crc"][:count]
+    # A writer that was killed may have lengthened some of the columns for the next row.
+    found: dict[str, npt.NDArray[Any]] = {}
+    for item in items:
+        found |= read_items(file, [item], {"P": file["counts"].shape[-1]})
+    if any(len(values) < count for values in found.values()):
+        raise ValueError(f"{count} rows are committed, and not all are there")
+    kept = {name: values[:count] for name, values in found.items()}
+    rows = {c.name: kept[c.name].astype(c.dtype, copy=False) for c in columns(1)}
+    return rows, kept["crc"]
+
+
+def _committed(file: h5py.File) -> npt.NDArray[np.int64]:
+    """Return the number of committed rows and the bytes of the file with them."""
+    return read_items(file, [Item("committed", ("2",), kind="whole")])["committed"]
 
 
 def count_rows(path: Path) -> int:
@@ -233,4 +259,4 @@ def count_rows(path: Path) -> int:
     InputError
         The file cannot be read or is no segment.
     """
-    return _read(path, lambda file: int(file["committed"][0]))
+    return _read(path, lambda file: int(_committed(file)[0]))

@@ -6,23 +6,37 @@ process can be ended.
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.children import follow_parent, run_child
 from clbrdf.rig.segment import read_header, read_rows
+from clbrdf.storage.look import limit
 
-START_TIME, BYTES_PER_SECOND = 20.0, 2e6
-"""What a busy computer may take to start the process and to read, s and bytes/s."""
+START_TIME, BYTES_PER_SECOND = 5.0, 2e6
+"""Processor time that starting the process and reading may take, s and bytes/s."""
+
+BUSY = 20.0
+"""How often its time may pass while other programs keep the processor busy."""
+
+MEMORY = 4 << 30
+"""Bytes that it may take: all that the package loads, and the segments."""
 
 CODE = "import sys; from clbrdf.rig.segmentcheck import look; look(sys.argv[1:])"
 
 
-def look(paths: Sequence[str]) -> None:
-    """Read segments from end to end, naming each before it is read and what is wrong with it."""
-    for path in paths:
+def look(words: Sequence[str]) -> None:
+    """Read segments from end to end, naming each before it is read and what is wrong with it.
+
+    The first word is the processor time that it may take, s.
+    """
+    follow_parent()
+    limit(MEMORY, int(words[0]))
+    for path in words[1:]:
         print(path, flush=True)
         try:
             read_header(Path(path))
@@ -43,16 +57,9 @@ def check_segments(paths: Sequence[Path]) -> None:
     if not paths:
         return
     size = sum(path.stat().st_size for path in paths)
-    words = [sys.executable, "-c", CODE, *map(str, paths)]
+    seconds = START_TIME + size / BYTES_PER_SECOND
     try:
-        done = subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=START_TIME + size / BYTES_PER_SECOND,
-            check=False,
-        )
+        done = run_child(["-c", CODE, str(int(seconds)), *map(str, paths)], timeout=BUSY * seconds)
     except subprocess.TimeoutExpired as error:
         seen = (error.stdout or b"").decode("utf-8", "replace").splitlines()
         raise InputError(
@@ -65,7 +72,10 @@ def check_segments(paths: Sequence[Path]) -> None:
     if done.returncode == 1 and len(lines) == 1:
         raise InputError(lines[0])
     seen_text = done.stdout.strip().splitlines()
+    said = "HDF5 fails on it"
+    if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        said = "reading it does not come to an end"
     raise InputError(
-        f"{seen_text[-1] if seen_text else paths[0]}: damaged segment (HDF5 fails on it); restore it from a"
-        " copy, or remove it to measure its points again"
+        f"{seen_text[-1] if seen_text else paths[0]}: damaged segment ({said}); restore it from a copy, or"
+        " remove it to measure its points again"
     )

@@ -41,16 +41,15 @@ def linearised(net: Array, coefficients: Array) -> tuple[Array, Array]:
     return net / p, (p - net * slope) / p**2
 
 
-def angle_sigma(scan: Scan, axes: Array, sigma: float) -> Array:
-    """Return the standard uncertainty (N, W), 1/sr, from an uncertainty of each axis, degrees.
+def angle_sigmas(scan: Scan, axes: Array, sigma: float) -> Array:
+    """Return what an uncertainty of each axis, degrees, makes of the values: (3, N, W), 1/sr, signed.
 
-    √Σ_axis (σ Σ_k ∂f/∂angle_k · ∂angle_k/∂axis)² with the angles θi, θr, φ: slopes from neighbouring
-    points of the scan, derivatives of the angles from the kinematics.
+    σ Σ_k ∂f/∂angle_k · ∂angle_k/∂axis for lamp, turn and pitch, with the angles θi, θr, φ: slopes from
+    neighbouring points of the scan, derivatives of the angles from the kinematics.
     """
     slopes = local_slopes(scan)
     jacobian = _angle_derivatives(axes)
-    by_axis = np.einsum("knw,nka->anw", slopes, jacobian)
-    return np.asarray(sigma * np.sqrt(np.sum(by_axis**2, axis=0)))
+    return np.asarray(sigma * np.einsum("knw,nka->anw", slopes, jacobian))
 
 
 def _angle_derivatives(axes: Array) -> Array:

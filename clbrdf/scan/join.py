@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES
+from clbrdf.scan.component_join import joined_components
 from clbrdf.scan.flags import FLAGS, check_flag_names, translated
 from clbrdf.scan.rectangle import arrange
 from clbrdf.scan.storage import POLARISATIONS
@@ -77,8 +78,16 @@ def _values(
         for part in parts
     ]
     sigma = [_or_nan(part["sigma"], part["brdf"].shape) for part in parts] if has_sigma else []
+    sizes = [part["brdf"].size for part in parts]
+    ends = np.cumsum(sizes)
+    # Where each value comes from, counted through all of them, and each row: scan and place in it.
+    origin = [
+        np.arange(end - size, end).reshape(part["brdf"].shape)
+        for part, size, end in zip(parts, sizes, ends, strict=True)
+    ]
+    row_origin = [np.column_stack([np.full(len(key), k), np.arange(len(key))]) for k, key in enumerate(keys)]
     if all(len(p) == columns and (p == places[0]).all() for p in places):
-        everything = np.concatenate(keys)
+        everything, rows, source = np.concatenate(keys), np.concatenate(row_origin), np.concatenate(origin)
         out: dict[str, Any] = {
             "brdf": np.concatenate([part["brdf"] for part in parts]),
             "flags": np.concatenate(flags),
@@ -96,16 +105,26 @@ def _values(
             flat = [matrix[cell] for matrix, cell in zip(matrices, cells, strict=True)]
             return rectangle.filled(np.concatenate(flat), empty)
 
-        everything = np.concatenate([key[row] for key, (row, _) in zip(keys, cells, strict=True)])[
-            rectangle.first
-        ]
+        def of_rows(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+            taken = [array[row] for array, (row, _) in zip(arrays, cells, strict=True)]
+            return np.concatenate(taken)[rectangle.first]
+
+        everything, rows, source = of_rows(keys), of_rows(row_origin), gathered(origin, -1)
         out = {
             "brdf": gathered([part["brdf"] for part in parts], np.nan),
             "flags": gathered(flags, 1 << FLAGS.index("not_measured")),
             "sigma": gathered(sigma, np.nan) if has_sigma else None,
         }
     angles = {name: everything[:, k] for k, name in enumerate(ANGLES)}
-    return {**angles, **out, "solid_angle": everything[:, len(ANGLES)] if has_angle else None}
+    first = {int(c): (k, j) for k in reversed(range(len(parts))) for j, c in enumerate(places[k])}
+    column_origin = np.array([first[c] for c in range(columns)], dtype=np.intp)
+    components = joined_components([part["components"] for part in parts], source, rows, column_origin, sizes)
+    return {
+        **angles,
+        **out,
+        "solid_angle": everything[:, len(ANGLES)] if has_angle else None,
+        "components": components,
+    }
 
 
 def _cells(flags: npt.NDArray[np.uint32]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

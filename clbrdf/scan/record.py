@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,13 +12,15 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
+from clbrdf.records import Record, frozen_map
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
+from clbrdf.scan.component import Component, checked_components, root_sum
+from clbrdf.scan.component_storage import write_components
 from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
 from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
 from clbrdf.storage import hdf5
-from clbrdf.storage.files import split_entry
 
 if TYPE_CHECKING:
     import h5py
@@ -32,7 +32,7 @@ POLARISATION = ("unknown", "unpolarised", "s", "p")
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class Scan(Record):
     """BRDF of one sample in N directions at W wavelengths; immutable.
 
     Values that cannot be used are flagged when the record is made: NaN, infinite, and values at or below
@@ -49,7 +49,8 @@ class Scan:
     brdf : (N, W) float64
         1/sr, without the cosine; for transmission the BTDF.
     sigma : (N, W) float64 or None
-        Standard uncertainty of `brdf`, 1/sr; NaN where unknown; None where there is none at all.
+        Standard uncertainty of `brdf`, 1/sr, of all components together; NaN where unknown; None where there
+        is none at all. Where it is not given, that of the components.
     flags : (N, W) uint32
         Reasons for masking, bit k named by ``flag_names[k]``.
     flag_names : tuple of str
@@ -66,6 +67,8 @@ class Scan:
         Of the receiver as seen from the sample, sr; NaN where unknown. A number stands for all directions.
     bandpass : (W,) float64 or None
         Full width at half maximum, nm; NaN where unknown. A number stands for all wavelengths.
+    components : tuple of Component
+        Of the uncertainty, with what their errors have in common; empty where nothing is known of it.
 
     Raises
     ------
@@ -96,6 +99,7 @@ class Scan:
     detector_polarisation: str = "unknown"
     solid_angle: Array | None = None
     bandpass: Array | None = None
+    components: tuple[Component, ...] = ()
 
     def __post_init__(self) -> None:
         angles = checked_angles(*(getattr(self, name) for name in ANGLES))
@@ -107,6 +111,11 @@ class Scan:
         if 0 in shape:
             raise InputError(f"a scan of {shape[0]} directions and {shape[1]} wavelengths holds nothing")
         self._set("brdf", matrix("brdf", self.brdf, shape, np.float64))
+        object.__setattr__(self, "components", checked_components(self.components, shape))
+        if self.sigma is None and self.components:
+            with np.errstate(invalid="ignore"):  # what is not finite is flagged below
+                total = root_sum(self.components, self.brdf)
+            object.__setattr__(self, "sigma", np.where(np.isfinite(total), total, np.nan))
         if self.sigma is not None:
             sigma = matrix("sigma", self.sigma, shape, np.float64)
             if (sigma < 0.0).any() or np.isinf(sigma).any():
@@ -118,7 +127,7 @@ class Scan:
         object.__setattr__(self, "flag_names", check_flag_names(self.flag_names))
         given = np.zeros(shape, np.uint32) if self.flags is None else self.flags
         self._set("flags", flag_unusable(self.brdf, matrix("flags", given, shape, np.uint32), self.sigma))
-        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+        object.__setattr__(self, "provenance", frozen_map(self.provenance))
         for name in POLARISATIONS:
             if getattr(self, name) not in POLARISATION:
                 raise InputError(f"{name} is {getattr(self, name)!r}; give one of {', '.join(POLARISATION)}")
@@ -143,6 +152,29 @@ class Scan:
         """(N, W), True where a value is masked: flagged for any reason, not to be fitted."""
         assert self.flags is not None
         return np.not_equal(self.flags, 0)
+
+    @property
+    def random_sigma(self) -> Array | None:
+        """Standard uncertainty (N, W), 1/sr, of what differs from direction to direction; None if unknown.
+
+        Of the components that are random over directions; without components all of `sigma`. Relative
+        components are taken of the measured values.
+        """
+        if not self.components:
+            return self.sigma
+        random = [one for one in self.components if one.is_random]
+        if not random:
+            return None
+        with np.errstate(invalid="ignore"):
+            out = root_sum(random, self.brdf)
+        if self.sigma is not None:
+            out[np.isnan(self.sigma)] = np.nan
+        return out
+
+    @property
+    def common_components(self) -> tuple[Component, ...]:
+        """The components whose errors different directions have in common."""
+        return tuple(one for one in self.components if not one.is_random)
 
     @property
     def directions(self) -> Directions:
@@ -214,6 +246,7 @@ class Scan:
             flags=self.flags[:, places],
             bands=tuple(self.bands[k] for k in places) if self.bands else (),
             bandpass=None if self.bandpass is None else self.bandpass[places],
+            components=tuple(one.columns(places) for one in self.components),
         )
 
     def rows(self, index: Sequence[int] | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Scan:
@@ -226,6 +259,7 @@ class Scan:
             sigma=None if self.sigma is None else self.sigma[index],
             flags=self.flags[index],
             solid_angle=None if self.solid_angle is None else self.solid_angle[index],
+            components=tuple(one.rows(np.arange(len(self))[index]) for one in self.components),
         )
 
     def reflection(self) -> Scan:
@@ -248,7 +282,8 @@ class Scan:
         """Return one scan of several: more directions, more wavelengths, or both.
 
         Directions are the same where all four angles and the receiver's solid angle are. A value measured
-        again makes a repeat of its direction; what no scan has measured is flagged "not_measured".
+        again makes a repeat of its direction; what no scan has measured is flagged "not_measured". Components
+        of the uncertainty that have the same name are one source in all scans.
 
         Raises
         ------
@@ -279,7 +314,8 @@ class Scan:
         InputError
             The file exists and `overwrite` is False, or it cannot be written.
         """
-        save_scans(path, {"entry": self}, overwrite)
+        with hdf5.create_file(path, "scan", title_of(self), overwrite, "entry") as file:
+            self.write(file["entry"])
 
     @classmethod
     def open(cls, path: str | Path) -> Scan:
@@ -315,6 +351,7 @@ class Scan:
             hdf5.field(data, "solid_angle", self.solid_angle, "sr", "solid angle of the receiver")
         if self.bandpass is not None:
             hdf5.field(data, "bandpass", self.bandpass, "nm", "full width at half maximum")
+        write_components(data, self.components, angles, self.brdf.shape)
         for name in POLARISATIONS:
             if getattr(self, name) != "unknown":
                 entry["instrument"].attrs[name] = getattr(self, name)
@@ -334,44 +371,6 @@ class Scan:
         return cls(**read_frame(entry))
 
 
-def save_scans(path: str | Path, scans: Mapping[str, Scan], overwrite: bool = False) -> None:
-    """Write scans by name into one NeXus HDF5 file, an NXentry each, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        No scans; a name that HDF5 or the command line cannot take; the file exists and `overwrite` is
-        False, or it cannot be written.
-    """
-    for name in scans:
-        if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*", name):
-            raise InputError(f"{name!r} is no name for a scan in a file; take letters, digits and _ . + -")
-    if not scans:
-        raise InputError(f"{path}: no scan to write")
-    first, *others = scans
-    with hdf5.create_file(path, "scan", _title(scans[first]), overwrite, first) as file:
-        scans[first].write(file[first])
-        for name in others:
-            scans[name].write(hdf5.add_entry(file, name, _title(scans[name])))
-
-
-def open_scans(path: str | Path) -> dict[str, Scan]:
-    """Read all scans of a file, by name; of a path like ``file.h5::name`` that one.
-
-    Raises
-    ------
-    InputError
-        As `Scan.open`.
-    """
-    with hdf5.open_file(path) as file:
-        names = hdf5.entry_names(file)
-        if len(names) <= 1 or split_entry(path)[1]:
-            names = []
-    source = split_entry(path)[0]
-    if not names:
-        return {split_entry(path)[1] or "entry": Scan.open(path)}
-    return {name: Scan.open(f"{source}::{name}") for name in names}
-
-
-def _title(scan: Scan) -> str:
+def title_of(scan: Scan) -> str:
+    """Return the title of an entry."""
     return f"BRDF of {scan.sample or 'a sample'}"

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import ANGLES
+from clbrdf.scan.component_storage import component_items, read_components, read_old_parts
 from clbrdf.scan.flags import FLAGS
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import (
@@ -99,7 +100,8 @@ def read_frame(entry: h5py.Group) -> dict[str, Any]:
     for name in ("data", "sample", "instrument"):
         check_group(entry[name])
     data = entry["data"]
-    arrays = read_items(data, SCHEMA)
+    check_group(data)
+    arrays = read_items(data, (*SCHEMA, *component_items(data)))
     bands = tuple(text_list_attribute(data, "bands")) if "bands" in data.attrs else ()
     if not bands and "wavelength" not in arrays:
         arrays["wavelength"] = read_items(data, [Item("wavelength", ("W",), units.LENGTH)])["wavelength"]
@@ -118,4 +120,5 @@ def read_frame(entry: h5py.Group) -> dict[str, Any]:
         **{name: text_attribute(entry["instrument"], name, "unknown") for name in POLARISATIONS},
         "solid_angle": arrays.get("solid_angle"),
         "bandpass": arrays.get("bandpass"),
+        "components": read_components(data, arrays) or read_old_parts(entry, arrays["brdf"]),
     }

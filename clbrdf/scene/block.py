@@ -30,6 +30,8 @@ class Block:
         BRDF, 1/sr; net counts while there is an exposure.
     variance : (n, W) float64 or None
         Of `values`, from the random effects so far; None where there is none.
+    noise : (n, W) float64 or None
+        The part of it that differs from value to value, where readers add what does not; else None.
     flagged : (n, W) bool or None
         Saturated values; None where none is.
     exposure : Exposure or None
@@ -43,6 +45,7 @@ class Block:
     directions: Directions
     values: npt.NDArray[Any]
     variance: Array | None = None
+    noise: Array | None = None
     flagged: npt.NDArray[np.bool_] | None = None
     exposure: Exposure | None = None
     subtracted: float | Array = 0.0

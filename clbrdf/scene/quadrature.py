@@ -14,12 +14,13 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
-from clbrdf.scene.effects.aperture import aperture_nodes
-from clbrdf.scene.effects.bandwidth import slit_nodes
-from clbrdf.scene.effects.beam import beam_nodes
+from clbrdf.instrument.aperture import aperture_nodes
+from clbrdf.instrument.bandwidth import slit_nodes
+from clbrdf.instrument.beam import beam_nodes
+from clbrdf.instrument.rules import Rule
+from clbrdf.instrument.vectors import directions_of, pair_of_vectors
 from clbrdf.scene.scenefile import Effects
 from clbrdf.scene.surface import Surface
-from clbrdf.scene.vectors import directions_of, pair_of_vectors
 
 Array = npt.NDArray[np.float64]
 
@@ -123,10 +124,10 @@ def mean_of_orders(
     source, view = pair_of_vectors(directions)
     weights: Array | None = None
     if effects.beam is not None:
-        nodes, weights = beam_nodes(effects.beam, source, view, orders["beam"])
+        nodes, weights = beam_nodes(effects.beam, source, view, Rule("peak", orders["beam"]))
         source, view = nodes.reshape(-1, 3), np.repeat(view, nodes.shape[1], axis=0)
     if effects.aperture is not None:
-        nodes, shares = aperture_nodes(effects.aperture, source, view, orders["aperture"])
+        nodes, shares = aperture_nodes(effects.aperture.angle, source, view, Rule("peak", orders["aperture"]))
         source, view = np.repeat(source, nodes.shape[1], axis=0), nodes.reshape(-1, 3)
         outer = np.ones((n, 1)) if weights is None else weights
         weights = (outer[..., None] * shares.reshape(n, -1, nodes.shape[1])).reshape(n, -1)

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field, field_validator, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid, Series
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.opencl.precision import get_precision
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.detector import Detector
-from clbrdf.scene.effects.aperture import Aperture
-from clbrdf.scene.effects.bandwidth import Bandwidth
-from clbrdf.scene.effects.beam import Beam
 from clbrdf.scene.effects.dark import Dark
-from clbrdf.scene.effects.footprint import Footprint
 from clbrdf.scene.effects.lamp_drift import LampDrift
-from clbrdf.scene.effects.misalignment import Misalignment
 from clbrdf.scene.effects.nonlinearity import Nonlinearity
 from clbrdf.scene.effects.read_noise import ReadNoise
 from clbrdf.scene.effects.reader import Reader
@@ -74,14 +69,9 @@ def check_terms(terms: tuple[str, ...] | None, known: tuple[str, ...]) -> None:
             raise ValueError(f"terms: no term is called {name!r}; there are {', '.join(known)}")
 
 
-class Effects(Settings):
+class Effects(Instrument):
     """The instrument's effects; each is absent unless it is set, to `true` for its defaults or to a table."""
 
-    misalignment: Misalignment | None = None
-    beam: Beam | None = None
-    aperture: Aperture | None = None
-    bandwidth: Bandwidth | None = None
-    footprint: Footprint | None = None
     lamp_drift: LampDrift | None = None
     stray_light: StrayLight | None = None
     dark: Dark | None = None
@@ -90,27 +80,6 @@ class Effects(Settings):
     read_noise: ReadNoise | None = None
     saturation: Saturation | None = None
     reader: Reader | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _switches(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        return {
-            name: {} if setting is True else None if setting is False else setting
-            for name, setting in value.items()
-        }
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _check_form(cls, value: Any) -> Any:
-        if not (value is None or isinstance(value, Mapping | Settings)):
-            raise ValueError(f"{value!r} says nothing; give true, or a table of its settings")
-        return value
-
-    def on(self) -> tuple[str, ...]:
-        """Names of the effects that are there, in the order of the light's path."""
-        return tuple(name for name in EFFECTS if getattr(self, name) is not None)
 
     def without(self, names: tuple[str, ...]) -> Effects:
         """Return the effects without some of them."""

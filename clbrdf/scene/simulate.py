@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
+from clbrdf.instrument.misalignment import misaligned
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
-from clbrdf.scan import Scan
+from clbrdf.scan import Component, Correlation, Scan
 from clbrdf.scan.flags import FLAGS
 from clbrdf.scene.block import Block
-from clbrdf.scene.effects.misalignment import misaligned
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate
 from clbrdf.scene.random_numbers import normal
 from clbrdf.scene.scenefile import Scene
@@ -164,12 +164,15 @@ def simulate(
     n, w = len(setting.nominal), len(scene.wavelength)
     brdf = np.empty((n, w))
     sigma = np.empty((n, w)) if has_sigma(scene) else None
+    noise = np.zeros((n, w)) if has_noise(scene) else None
     flags = np.zeros((n, w), np.uint32)
     for block in blocks(setting, block_values):
         part = slice(block.start, block.start + len(block.places))
         brdf[part] = block.values
         if sigma is not None and block.variance is not None:
             sigma[part] = np.sqrt(block.variance)
+            if noise is not None:
+                noise[part] = noise_of(block)
         if block.flagged is not None:
             flags[part] = block.flagged * np.uint32(1 << len(FLAGS))
         report(part.stop, n)
@@ -185,6 +188,7 @@ def simulate(
         flag_names=flag_names(scene),
         sample=scene.sample,
         instrument=instrument(scene),
+        components=components_of(scene, 0.0 if noise is None else noise),
         provenance={"made_by": "clbrdf simulate", "seed": str(scene.seed)},
     )
 
@@ -192,6 +196,36 @@ def simulate(
 def has_sigma(scene: Scene) -> bool:
     """Whether the values scatter by effects whose size is known."""
     return any(getattr(scene.effects, name) is not None for name in RANDOM)
+
+
+def has_noise(scene: Scene) -> bool:
+    """Whether values have noise from counting or reading."""
+    return scene.effects.shot_noise is not None or scene.effects.read_noise is not None
+
+
+def noise_of(block: Block) -> Array:
+    """Return the standard uncertainty (n, W), 1/sr, of the noise in a block's values."""
+    variance = block.variance if block.noise is None else block.noise
+    assert variance is not None
+    return np.sqrt(variance)
+
+
+def components_of(scene: Scene, noise: npt.ArrayLike) -> tuple[Component, ...]:
+    """Return the components of a scene's uncertainty: of those effects that scatter by a known size.
+
+    Stages that stop a little off scatter, too, by the slope of what they look at; the scene does not know it.
+    """
+    out = []
+    random, systematic = Correlation("random"), Correlation("systematic")
+    if has_noise(scene):
+        out.append(Component("noise", noise, False, random, systematic, random))
+    reader = scene.effects.reader
+    if reader is not None and reader.percent > 0.0:
+        over_directions = systematic if reader.each == "scan" else random
+        over_wavelengths = random if reader.each == "value" else systematic
+        share = reader.percent / 100.0
+        out.append(Component("reader", share, True, over_directions, systematic, over_wavelengths))
+    return tuple(out)
 
 
 def flag_names(scene: Scene) -> tuple[str, ...]:

@@ -11,9 +11,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.instrument import aperture, footprint
 from clbrdf.scene.block import Block
 from clbrdf.scene.detector import Exposure, expose
-from clbrdf.scene.effects import aperture, dark, footprint, lamp_drift, nonlinearity, read_noise, saturation
+from clbrdf.scene.effects import dark, lamp_drift, nonlinearity, read_noise, saturation
 from clbrdf.scene.effects import shot_noise as shot
 from clbrdf.scene.effects import stray_light as stray
 from clbrdf.scene.random_numbers import normal, uniform
@@ -122,7 +123,8 @@ def _reader(scene: Scene, block: Block) -> Block:
         deviates = normal(scene.seed, "reader", 0, 1, 1)
     share = settings.percent / 100.0
     variance = block.plus_variance((share * block.values) ** 2)
-    return replace(block, values=block.values * (1.0 + share * deviates), variance=variance)
+    values = block.values * (1.0 + share * deviates)
+    return replace(block, values=values, variance=variance, noise=block.variance)
 
 
 STAGES: dict[str, Stage] = {

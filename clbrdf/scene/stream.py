@@ -13,10 +13,20 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.progress import Report, silent
+from clbrdf.scan.component_storage import write_components
 from clbrdf.scan.flags import FLAGS, flag_unusable
 from clbrdf.scan.storage import write_frame
 from clbrdf.scene.block import Block
-from clbrdf.scene.simulate import Setting, blocks, flag_names, has_sigma, instrument
+from clbrdf.scene.simulate import (
+    Setting,
+    blocks,
+    components_of,
+    flag_names,
+    has_noise,
+    has_sigma,
+    instrument,
+    noise_of,
+)
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
@@ -85,6 +95,7 @@ def stream(
                 datasets = datasets or _begin(entry, setting, block.values.dtype)
                 if under_way is not None:
                     written.append(under_way.result())
+                    hdf5.check_written(file)
                 under_way = pool.submit(_write, datasets, block)
                 report(block.start + len(block.places), n)
             if under_way is not None:
@@ -120,6 +131,10 @@ def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[st
         datasets["brdf_errors"] = room("brdf_errors", np.float64, "1/sr", meaning)
     datasets["flags"] = room("flags", np.uint32, "", "reasons for masking, as bits")
     datasets["flags"].attrs["names"] = list(flag_names(scene))
+    # Of noise 0 for now; a block writes its own.
+    write_components(data, components_of(scene, 0.0), angles, shape)
+    if has_noise(scene):
+        datasets["noise"] = data["u_noise"]
     return datasets
 
 
@@ -143,6 +158,8 @@ def _write_values(datasets: dict[str, h5py.Dataset], block: Block) -> int:
     datasets["brdf"].write_direct(values, dest_sel=np.s_[rows])
     if "brdf_errors" in datasets and block.variance is not None:
         datasets["brdf_errors"].write_direct(np.sqrt(block.variance), dest_sel=np.s_[rows])
+    if "noise" in datasets:
+        datasets["noise"].write_direct(np.ascontiguousarray(noise_of(block)), dest_sel=np.s_[rows])
     # NaN and infinity fail the comparison, too.
     if block.flagged is None and values.min() > 0.0 and values.max() < np.inf:
         return 0

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import undone_at_end
+
+TRIED = 4096
+"""Bytes written to see whether a file can be: a full disk takes a name, and no bytes."""
 
 
 def split_entry(path: str | Path) -> tuple[Path, str]:
@@ -31,11 +36,17 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
     Raises
     ------
     InputError
-        The file exists and may not be replaced, is a folder or a device, or its folder does not exist.
+        The file exists and may not be replaced, is a folder or a device, or nothing can be written to its
+        folder: it does not exist, is protected, or its disk is full.
     """
     target = Path(path)
-    if target.is_symlink():
-        target = target.resolve()
+    try:
+        if target.is_symlink():
+            target = target.resolve()
+        target.exists()
+    except (OSError, RuntimeError) as error:  # a name that is too long; links in a circle
+        said = getattr(error, "strerror", None) or "its links lead in a circle"
+        raise InputError(f"{target}: cannot be written ({said}); choose another name") from error
     if target.exists() and not (target.is_file() or target.is_dir()):
         raise InputError(f"{target}: is a device or a pipe; name a file")
     if target.is_dir():
@@ -44,7 +55,36 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
         raise InputError(f"{target}: exists already; choose another name or add --overwrite")
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist; create it first")
+    _try_out(target)
     return target
+
+
+def _try_out(target: Path) -> None:
+    """Write a little beside a file and remove it again; raise InputError where that fails."""
+    part = _part_of(target)
+    try:
+        part.write_bytes(bytes(TRIED))
+    except OSError as error:
+        raise _unwritten(target, error) from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def _part_of(target: Path) -> Path:
+    """Return the name under which a file is written before it is whole."""
+    return target.with_name(f".{target.name}.{os.getpid()}.part")
+
+
+def _unwritten(target: Path, error: OSError) -> InputError:
+    mends = {
+        errno.ENOSPC: "free some space, or choose another disk",
+        errno.EDQUOT: "free some space, or choose another disk",
+        errno.EFBIG: "files of this size are not allowed here; choose another disk",
+        errno.ENAMETOOLONG: "choose a shorter name",
+    }
+    mend = mends.get(error.errno or 0, "choose another folder")
+    return InputError(f"{target}: cannot be written ({error.strerror or error}); {mend}")
 
 
 def check_apart(outputs: Iterable[str | Path | None], inputs: Iterable[str | Path] = ()) -> None:
@@ -68,10 +108,13 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
         As `check_output`, or the folder cannot be written.
     """
     target = check_output(path, overwrite)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part = _part_of(target)
+    with undone_at_end(lambda: part.unlink(missing_ok=True)):
+        yield from _filled(part, target, overwrite)
+
+
+def _filled(part: Path, target: Path, overwrite: bool) -> Iterator[Path]:
     try:
-        part.touch()  # an unwritable folder is told here, in the system's words and not in a library's
-        part.unlink()
         yield part
         with open(part, "rb") as stream:
             os.fsync(stream.fileno())
@@ -82,7 +125,7 @@ def whole_file(path: str | Path, overwrite: bool = False) -> Iterator[Path]:
     except FileExistsError as error:
         raise InputError(f"{target}: exists already; choose another name or add --overwrite") from error
     except OSError as error:
-        raise InputError(f"{target}: cannot be written ({error.strerror}); choose another folder") from error
+        raise _unwritten(target, error) from error
     finally:
         part.unlink(missing_ok=True)
 

@@ -15,9 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import ClbrdfError, InputError
+from clbrdf.errors import ClbrdfError, InputError, shortened
 from clbrdf.storage.files import split_entry, whole_file
-from clbrdf.storage.schema import check_group, read_text, text_attribute
+from clbrdf.storage.schema import check_group, clean, read_text, text_attribute
+from clbrdf.storage.seal import seal
+from clbrdf.storage.sink import Sink
+from clbrdf.storage.sound import check_sound
 
 if TYPE_CHECKING:
     import h5py
@@ -26,6 +29,7 @@ __all__ = [
     "FORMAT_VERSION",
     "add_entry",
     "check_content",
+    "check_written",
     "content_of",
     "create_file",
     "entry_names",
@@ -48,6 +52,13 @@ version 1 are read as ever.
 
 MOST_NAMES = 12
 """Entries that a message lists."""
+
+DAMAGE = (
+    *(OSError, RuntimeError, TypeError, ValueError, AttributeError, LookupError, ArithmeticError),
+    *(MemoryError, BufferError, AssertionError),
+)
+"""What h5py raises where a file says what it cannot read: types, sizes, references and texts of any kind.
+What the schema refuses is an InputError, and names its place."""
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -76,27 +87,31 @@ def open_file(path: str | Path) -> Iterator[h5py.File]:
         raise InputError(f"{source}: cannot be read; check its permissions") from error
     if signature != HDF5_SIGNATURE:
         raise InputError(f"{source}: not an HDF5 file; bring measured text in with 'clbrdf import'")
+    check_sound(source)
     try:
         file = h5py.File(source, "r")
     except OSError as error:
-        if "truncated" in str(error):
-            raise InputError(f"{source}: truncated HDF5 file; copy it again from its source") from error
         raise InputError(f"{source}: damaged or locked HDF5 file ({first_line(error)})") from error
     with file:
         try:
             _check_version(source, file)
             yield file
+        except ClbrdfError:
+            raise
         except KeyError as error:
-            raise InputError(f"{source}: {error.args[0]}; the file is incomplete, make it again") from error
-        except (OSError, RuntimeError) as error:
-            if isinstance(error, ClbrdfError):
-                raise
+            said = first_line(error)
+            raise InputError(f"{source}: {said}; the file is incomplete, make it again") from error
+        except DAMAGE as error:
             raise InputError(f"{source}: damaged HDF5 file ({first_line(error)}); make it again") from error
 
 
 def entry_names(file: h5py.File) -> list[str]:
     """Return the names of a file's entries, that of @default first, then in alphabetical order."""
-    names = sorted(name for name in file if text_attribute(file[name], "NX_class") == "NXentry")
+    names = sorted(
+        name
+        for name in file
+        if name in file and name == clean(name) and text_attribute(file[name], "NX_class") == "NXentry"
+    )
     default = text_attribute(file, "default")
     return sorted(names, key=lambda name: name != default)
 
@@ -127,7 +142,8 @@ def find_entry(file: h5py.File, path: str | Path) -> h5py.Group:
 
 def first_line(error: Exception) -> str:
     """Return the first line of an error's text."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+    return clean((text.strip().splitlines() or [type(error).__name__])[0])
 
 
 def _check_version(source: Path, file: h5py.File) -> None:
@@ -135,7 +151,9 @@ def _check_version(source: Path, file: h5py.File) -> None:
         raise InputError(f"{source}: not a file of clbrdf (no clbrdf_format at its root)")
     version = file.attrs["clbrdf_format"]
     if not isinstance(version, np.integer):
-        raise InputError(f"{source}: clbrdf_format is {version!r}, not a whole number; make the file again")
+        raise InputError(
+            f"{source}: clbrdf_format is {shortened(repr(version))}, not a whole number; make the file again"
+        )
     if version < 1:
         raise InputError(f"{source}: format version {version} does not exist; make the file again")
     if version > FORMAT_VERSION:
@@ -170,18 +188,32 @@ def create_file(
     import h5py
 
     with whole_file(path, overwrite) as part:
+        sink = Sink(part)
         try:
-            file = h5py.File(part, "x")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({first_line(error)})") from error
-        with file:
-            file.attrs["NX_class"] = "NXroot"
-            file.attrs["default"] = entry
-            file.attrs["creator"] = "clbrdf"
-            file.attrs["clbrdf_format"] = FORMAT_VERSION
-            file.attrs["content"] = content
-            add_entry(file, entry, title)
-            yield file
+            with h5py.File(sink, "w") as file:
+                file.sink = sink
+                file.attrs["NX_class"] = "NXroot"
+                file.attrs["default"] = entry
+                file.attrs["creator"] = "clbrdf"
+                file.attrs["clbrdf_format"] = FORMAT_VERSION
+                file.attrs["content"] = content
+                add_entry(file, entry, title)
+                yield file
+        except DAMAGE:
+            sink.check()  # what HDF5 misses follows from what could not be written
+            raise
+        finally:
+            sink.close()
+        sink.check()
+        seal(part)
+
+
+def check_written(file: h5py.File) -> None:
+    """Raise the system's error where a file of `create_file` could not be written so far.
+
+    HDF5 is not told of it, since it would crash; work that takes long asks now and then.
+    """
+    file.sink.check()
 
 
 def add_entry(file: h5py.File, name: str, title: str) -> h5py.Group:
@@ -227,4 +259,4 @@ def read_mapping(parent: h5py.Group, name: str) -> dict[str, str]:
     """Read what `write_mapping` wrote."""
     check_group(parent)
     group = parent[name]
-    return {key: text_attribute(group, key) for key in group.attrs if key != "NX_class"}
+    return {clean(key): text_attribute(group, key) for key in group.attrs if key != "NX_class"}

@@ -9,7 +9,10 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, shortened
+
+LONGEST_PART = 300
+"""Characters of one part of a message."""
 
 
 class Settings(BaseModel):
@@ -48,11 +51,15 @@ def parse_toml(text: str, kind: type[S], name: str) -> S:
         As `load_toml`.
     """
     try:
-        return kind.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{name}: not TOML: {error}") from error
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also integers of thousands of digits, and deep nesting
+        raise InputError(f"{name}: not TOML: {shortened(str(error), LONGEST_PART)}") from error
+    try:
+        return kind.model_validate(content)
     except ValidationError as error:
         raise InputError(f"{name}: {_first_complaint(error, kind)}") from error
+    except (ArithmeticError, RecursionError) as error:
+        raise InputError(f"{name}: holds a number that cannot be computed with ({error})") from error
 
 
 def _first_complaint(error: ValidationError, kind: type[BaseModel]) -> str:
@@ -63,22 +70,26 @@ def _first_complaint(error: ValidationError, kind: type[BaseModel]) -> str:
         known = _keys_at(kind, place[:-1])
         near = difflib.get_close_matches(str(place[-1]), known, n=1)
         hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
-        return f"unknown key {where}; {hint}"
+        return f"unknown key {where}; {shortened(hint, LONGEST_PART)}"
     if first["type"] == "missing":
         return f"{where} is missing; add it"
     message = first["msg"].removeprefix("Value error, ")
-    message = message.replace("Input should be", "should be").replace("Instance should be", "should be")
+    message = (
+        shortened(message, LONGEST_PART)
+        .replace("Input should be", "should be")
+        .replace("Instance should be", "should be")
+    )
     value = first["input"]
     if first["type"] == "value_error" or isinstance(value, dict):
         return f"{where}: {message}" if where else message
-    return f"{where} = {value!r}: {message}"
+    return f"{where} = {shortened(repr(value))}: {message}"
 
 
 def _dotted(place: list[Any]) -> str:
     text = ""
     for part in place:
-        text += f"[{part}]" if isinstance(part, int) else f"{'.' if text else ''}{part}"
-    return text
+        text += f"[{part}]" if isinstance(part, int) else f"{'.' if text else ''}{shortened(part)}"
+    return shortened(text, LONGEST_PART)
 
 
 def _keys_at(kind: type[BaseModel], place: list[Any]) -> list[str]:

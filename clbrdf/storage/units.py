@@ -24,6 +24,9 @@ BRDF: Mapping[str, float] = MappingProxyType(
 )
 SOLID_ANGLE: Mapping[str, float] = MappingProxyType({"sr": 1.0, "msr": 1e-3, "usr": 1e-6, "µsr": 1e-6})
 
+COUNTLESS: Mapping[str, float] = MappingProxyType({"1": 1.0, "": 1.0})
+"""Of pure numbers."""
+
 SHORTEST, LONGEST = 10.0, 1e6
 """nm; beyond, the unit of a wavelength is wrong."""
 
@@ -41,6 +44,15 @@ def factor(known: Mapping[str, float], written: str) -> float:
         said = f"unit {written.strip()!r} is not known" if written.strip() else "the unit is missing"
         raise InputError(f"{said}; known are {listed(known)}")
     return found
+
+
+def same_as(unit: str) -> Mapping[str, float]:
+    """Return the units that can stand where `unit` is meant, and what one of each is in it."""
+    plain = "".join(unit.split()).casefold()
+    for known in (COUNTLESS, ANGLE, LENGTH, BRDF, SOLID_ANGLE):
+        if plain in known:
+            return {name: value / known[plain] for name, value in known.items()}
+    return {plain: 1.0}
 
 
 def listed(known: Mapping[str, float]) -> str:

@@ -38,7 +38,7 @@ from clbrdf.bench.references import reference_of
 from clbrdf.bench.verdict import verdict
 from clbrdf.fit import METHODS
 from clbrdf.optimizers import OPTIMIZERS
-from clbrdf.optimizers.processes import run_jobs
+from clbrdf.parallel.processes import Processes
 
 INF = float("inf")
 
@@ -138,7 +138,9 @@ SMALL = Rules(
 
 
 def test_runs_are_those_asked_for_whatever_the_processes(tasks):
-    runs, again = (run_optimizers(tasks, SMALL, processes) for processes in (1, 2))
+    runs = run_optimizers(tasks, SMALL)
+    with Processes(2) as executor:
+        again = run_optimizers(tasks, SMALL, executor)
     assert [(r.contender, r.problem, r.seed) for r in runs] == [
         (name, task.problem.name, seed)
         for name in SMALL.optimizers
@@ -201,21 +203,6 @@ def test_the_figure_has_every_contender(costs, monkeypatch):
     drawn = figure.axes[3].get_lines()[0].get_ydata()
     np.testing.assert_allclose(drawn, 100.0 * success_rates(costs))
     optimizers_figure([other], 6, "nothing reached")
-
-
-def fails(job):
-    if job == 2:
-        raise InputError("job 2 fails")
-    return job
-
-
-def test_a_job_that_fails_in_a_process_is_told_and_leaves_none_behind():
-    from multiprocessing import active_children
-
-    before = set(active_children())
-    with pytest.raises(InputError, match="job 2 fails"):
-        run_jobs(fails, list(range(8)), 2)
-    assert not set(active_children()) - before
 
 
 class TestCommand:

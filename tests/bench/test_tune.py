@@ -28,7 +28,7 @@ def python_that(tmp_path, behaviour):
     """An interpreter that runs the real child for narrow widths and misbehaves at 16 lanes."""
     script = tmp_path / "python"
     script.write_text(
-        f'#!/bin/sh\ncase "$3" in *\'"width": 16\'*) {behaviour};; *) exec "{sys.executable}" "$@";; esac\n'
+        f'#!/bin/sh\ncase "$4" in *\'"width": 16\'*) {behaviour};; *) exec "{sys.executable}" "$@";; esac\n'
     )
     script.chmod(0o755)
     return str(script)

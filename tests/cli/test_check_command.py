@@ -12,6 +12,7 @@ import clbrdf
 from clbrdf import Fit
 from clbrdf.cli import check
 from clbrdf.optimizers.check import TOLERANCE
+from tests.planted import with_parameters
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def words(fit, tmp_path, monkeypatch):
 def spoiled(fit, place):
     c = fit.parameters["c"].copy()
     c[place] *= 1.01
-    return replace(fit, parameters={**fit.parameters, "c": c})
+    return with_parameters(fit, {**fit.parameters, "c": c})
 
 
 def test_verdicts_are_printed_and_written(run, words, tmp_path):

@@ -104,4 +104,4 @@ def test_settings_are_checked():
 @pytest.mark.parametrize("settings", [Settings(chains=16, levels=8), TemperingSettings(ladders=1, rounds=10)])
 def test_settings_alone_choose_the_method(small_scan, settings):
     fit = clbrdf.fit(small_scan, settings=settings)
-    assert fit.method == {Settings: "anneal", TemperingSettings: "tempering"}[type(settings)]
+    assert fit.setup.method == {Settings: "anneal", TemperingSettings: "tempering"}[type(settings)]

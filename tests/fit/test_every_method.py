@@ -25,6 +25,7 @@ from clbrdf.optimizers.separable import SeparableObjective
 from clbrdf.scene import simulate
 from tests.fit.test_every_optimum import NOISE, directions, told, truth
 from tests.models.test_every_model import MODELS
+from tests.planted import with_parameters
 from tests.scene.scenes import scene
 
 KINDS = ("lambert", "eon", "ross_li", "rayleigh_rice", "ggx_anisotropic", "ggx+ggx+lambert")
@@ -70,7 +71,7 @@ def test_chains_end_where_the_usual_method_does(name, method):
     usual, other = fitted(scan, name), fitted(scan, name, method=method)
     assert (other.objective <= usual.objective * (1.0 + REACHED)).all()
     assert (usual.objective <= other.objective * (1.0 + REACHED)).all()
-    assert other.method == method
+    assert other.setup.method == method
 
 
 @pytest.mark.parametrize("name", FEW)
@@ -80,7 +81,7 @@ def test_the_check_agrees_and_finds_a_planted_fault(name):
     free = next(n for n in fit.model.names if n not in fit.given and np.isfinite(fit.sigma[n]).all())
     parameters = {key: values.copy() for key, values in fit.parameters.items()}
     parameters[free] += 0.2 * fit.sigma[free]  # E rises by 0.04/(N − P) or more
-    planted = check_fit(replace(fit, parameters=parameters), [0], effort=0.1)
+    planted = check_fit(with_parameters(fit, parameters), [0], effort=0.1)
     assert [v.word for v in planted] == ["worse"]
 
 
@@ -94,7 +95,7 @@ def test_smooth_parameters(name):
 
     def roughness(fit):
         """What the penalty adds up: squares of changes, as shares of the ranges."""
-        limits = fit.model.coordinate_bounds(fit.bounds)
+        limits = fit.model.coordinate_bounds(fit.setup.bounds)
         free = np.array([name not in fit.given for name in fit.model.names])
         q = fit.model.to_coordinates(fit.vector)
         return ((np.diff(q, axis=0) / np.ptp(limits, axis=1))[:, free] ** 2).sum()
@@ -107,7 +108,7 @@ def test_a_tolerance_is_kept(name):
     scan = small(name, 3)
     usual, quick = fitted(scan, name), fitted(scan, name, rtol=1e-3)
     assert (quick.objective <= usual.objective * (1.0 + 1e-3)).all()
-    assert quick.tolerance
+    assert quick.search.rungs
 
 
 @pytest.mark.parametrize("name", FEW)

@@ -103,8 +103,8 @@ def jobs_of(fit, name, count):
             name,
             fit.scan,
             k,
-            fit.weights[:, k],
-            fit.bounds,
+            fit.setup.weights[:, k],
+            fit.setup.bounds,
             {given: float(fit.parameters[given][k]) for given in fit.given},
             count,
         )
@@ -147,7 +147,7 @@ def test_made_scans_and_real_coatings_end_at_the_best_of_60_restarts(name, coati
         ends = list(pool.map(reference, jobs))
     E = np.concatenate([fit.objective for fit in fits])
     best = np.array([e[0] for e in ends])
-    agreed = np.concatenate([fit.agreeing / fit.starts for fit in fits])
+    agreed = np.concatenate([fit.search.agreeing / fit.search.starts for fit in fits])
     theirs = np.array([np.mean(e <= max(e[0] * (1.0 + FOUND), EXACT)) for e in ends])
     found = excess(E, best) <= FOUND
     print(

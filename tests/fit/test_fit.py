@@ -17,8 +17,8 @@ from tests.reference import naive
 
 SHORT = Settings(chains=32, levels=15, starts=16)
 
-# What the brief allows a fit to be above the best E of 40 restarts of bounded least squares.
-ALLOWED = 1e-3
+# Above the best E of 40 restarts of bounded least squares: one and the same optimum, up to where both stop.
+ALLOWED = 1e-6
 
 
 def noisy(scan: Scan, relative: float, seed: int = 3) -> Scan:
@@ -79,7 +79,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_the_same_optimum(sm
         clbrdf.fit(scan, seed=seed, settings=SHORT).save(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     first, other = Fit.open(tmp_path / "a"), Fit.open(tmp_path / "c")
-    assert (first.acceptance != other.acceptance).any()
+    assert (first.search.acceptance != other.search.acceptance).any()
     np.testing.assert_allclose(first.objective, other.objective, rtol=1e-10)
 
 
@@ -93,7 +93,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatc
 
     scan = noisy(small_scan, 0.06)
     whole = clbrdf.fit(scan, settings=settings)
-    monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "DEVICE_BYTES", 1)
+    monkeypatch.setattr(sys.modules["clbrdf.fit.blocks"], "BLOCK_BYTES", 1)
     assert len(wavelength_blocks(np.arange(3), *settings.cost(48, 6))) == 3
     blocks = clbrdf.fit(scan, settings=settings)
     alone = clbrdf.fit(scan.columns([1]), settings=settings)
@@ -193,11 +193,11 @@ def test_every_fit_reports_what_it_cost(small_scan, device):
     fit = clbrdf.fit(small_scan, settings=SHORT, device=device, report=lambda *c: calls.append(c))
     assert calls[-1][0] == calls[-1][1]
     moves = SHORT.chains * SHORT.levels * SHORT.sweeps * 6
-    assert (fit.evaluations > moves).all()
-    assert ((fit.acceptance > 0.1) & (fit.acceptance < 0.9)).all()
-    assert (fit.not_finite >= 0).all()
-    assert fit.seconds > 0.0
-    assert fit.device == str(device)
+    assert (fit.search.evaluations > moves).all()
+    assert ((fit.search.acceptance > 0.1) & (fit.search.acceptance < 0.9)).all()
+    assert (fit.search.not_finite >= 0).all()
+    assert fit.search.seconds > 0.0
+    assert fit.search.device == str(device)
 
 
 def test_settings_and_arguments_are_checked(small_scan):
@@ -220,15 +220,16 @@ def test_file_round_trip_is_exact(small_scan, tmp_path):
     fit = clbrdf.fit(noisy(small_scan, 0.06), weights="sigma", settings=SHORT)
     fit.save(tmp_path / "fit.h5")
     again = Fit.open(tmp_path / "fit.h5")
-    for name in ("objective", "relative_rms", "relative_rms_by_incident_angle", "weights", "bounds"):
-        assert getattr(fit, name).tobytes() == getattr(again, name).tobytes()
-    for name in ("evaluations", "acceptance", "not_finite"):
-        assert (getattr(fit, name) == getattr(again, name)).all()
+    for record in ("setup", "estimate", "goodness", "search"):
+        for name, value in vars(getattr(fit, record)).items():
+            if isinstance(value, np.ndarray):
+                assert value.tobytes() == getattr(getattr(again, record), name).tobytes(), name
     for name in fit.model.names:
         assert fit.parameters[name].tobytes() == again.parameters[name].tobytes()
         assert fit.sigma[name].tobytes() == again.sigma[name].tobytes()
-    for name in ("method", "device", "seed", "provenance", "model"):
-        assert getattr(fit, name) == getattr(again, name)
+    assert (fit.provenance, fit.model) == (again.provenance, again.model)
+    assert (fit.setup.method, fit.setup.seed) == (again.setup.method, again.setup.seed)
+    assert fit.search.device == again.search.device
     assert (fit.status == again.status).all()
     assert again.scan.brdf.tobytes() == fit.scan.brdf.tobytes()
     assert (again.evaluate() == fit.evaluate()).all()

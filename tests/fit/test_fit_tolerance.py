@@ -13,6 +13,7 @@ from clbrdf.fit import Settings
 from clbrdf.fit.methods import METHODS
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.tolerance import Rung, choose_settings, excess, measure
+from clbrdf.fit.words import search_lines
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
 
@@ -30,16 +31,16 @@ def test_the_word_is_kept(scan, method, rtol):
     fit = clbrdf.fit(scan, method=method, rtol=rtol)
     # 1e-12: rounding of the polish.
     assert (fit.objective <= best * (1.0 + rtol + 1e-12)).all()
-    assert fit.provenance["rtol"] == f"{rtol:g}"
-    assert "ms a wavelength" in fit.tolerance[0]
-    assert clbrdf.fit(scan, method=method).tolerance == ()
+    assert fit.setup.rtol == rtol
+    assert "ms a wavelength" in search_lines(fit.search)[0]
+    assert clbrdf.fit(scan, method=method).search.rungs == ()
 
 
 def test_a_wide_tolerance_leaves_the_last_digits_out(scan):
     wide, exact = clbrdf.fit(scan, rtol=1.0), clbrdf.fit(scan, rtol=1e-9)
-    assert "single precision" in wide.tolerance[0]
-    assert "single precision" not in exact.tolerance[0]
-    assert len(wide.tolerance) == 2  # and what the next better one costs
+    assert "single precision" in wide.search.rungs[0].words
+    assert "single precision" not in exact.search.rungs[0].words
+    assert len(wide.search.rungs) == 2  # and what the next better one costs
 
 
 def test_the_choice_does_not_hang_on_times(scan, device, monkeypatch):
@@ -54,7 +55,7 @@ def test_the_choice_does_not_hang_on_times(scan, device, monkeypatch):
     for _ in range(5):
         shuffled = [Rung(r.words, r.settings, r.excess, float(rng.uniform(0, 9))) for r in rungs]
         monkeypatch.setattr(sys.modules["clbrdf.fit.tolerance"], "measure", lambda *_, s=shuffled: s)
-        chosen.add(choose_settings(problem, METHODS["dictionary"], 0, 1e-3).rung.words)
+        chosen.add(choose_settings(problem, METHODS["dictionary"], 0, 1e-3)[0].words)
     assert len(chosen) == 1
 
 

@@ -74,8 +74,8 @@ def joint_optimum(scan, g, starts=8):
 def test_the_joint_optimum_and_its_error_bars(weights):
     scan = made(5, sigma=True)
     fit = clbrdf.fit(scan, model=MODEL, shared=("ggx.alpha",), weights=weights)
-    end = joint_optimum(scan, fit.weights)
-    ours = float((fit.objective * (fit.weights * scan.brdf**2).sum(axis=0)).sum())
+    end = joint_optimum(scan, fit.setup.weights)
+    ours = float((fit.objective * (fit.setup.weights * scan.brdf**2).sum(axis=0)).sum())
     assert ours == pytest.approx(2.0 * end.cost, rel=1e-9)
     assert np.ptp(fit.parameters["ggx.alpha"]) == 0.0
     # A valley of relative depth 1e-13 in E is 1e-6 wide or so.
@@ -83,7 +83,7 @@ def test_the_joint_optimum_and_its_error_bars(weights):
     assert fit.shared == ("ggx.alpha",)
     # The sandwich, written out for all parameters at once.
     inverse = np.linalg.inv(end.jac.T @ end.jac)
-    spread = end.jac * (np.sqrt(fit.weights) * scan.sigma).reshape(-1, 1)
+    spread = end.jac * (np.sqrt(fit.setup.weights) * scan.sigma).reshape(-1, 1)
     covariance = inverse @ (spread.T @ spread) @ inverse
     bars = np.sqrt(np.diag(covariance))
     at_bound = np.isnan(np.stack([fit.sigma[name] for name in fit.model.names[1:]]).T.ravel())
@@ -118,12 +118,12 @@ def test_any_model_ends_where_no_small_step_of_the_shared_ones_helps(model, shar
     scan = made(3)
     fit = clbrdf.fit(scan, model=model, shared=shared, fix=fix, weights="relative")
     assert set(fit.status.tolist()) <= {"converged", "at bound", "ambiguous"}
-    norm = (fit.weights * scan.brdf**2).sum(axis=0)
+    norm = (fit.setup.weights * scan.brdf**2).sum(axis=0)
     total = float(fit.objective @ norm)
     for name in fit.shared:
         value = float(fit.parameters[name][0])
         assert np.ptp(fit.parameters[name]) == 0.0
-        low, high = fit.bounds[fit.model.names.index(name)]
+        low, high = fit.setup.bounds[fit.model.names.index(name)]
         held = {**fix, **{other: float(fit.parameters[other][0]) for other in fit.shared if other != name}}
         for factor in (0.97, 1.03):
             near = float(np.clip(value * factor, low, high))
@@ -172,7 +172,7 @@ def test_every_method_searches_the_others(method):
         clbrdf.fit(scan, model="wang2013", shared=("d",), method=m, weights="relative")
         for m in ("auto", method)
     ]
-    assert fits[1].method == method
+    assert fits[1].setup.method == method
     np.testing.assert_allclose(fits[1].objective, fits[0].objective, rtol=1e-6)
 
 

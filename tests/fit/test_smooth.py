@@ -58,7 +58,7 @@ def test_minimum_and_uncertainties_are_those_of_a_plain_least_squares(scan, devi
     fit = clbrdf.fit(scan, weights="relative")
     problem = make_problem(scan, weight_matrix(scan, "relative"), MODEL, MODEL.bounds(), device)
     start = solution_of(problem, fit)
-    ends, covariance = smooth(problem, start, WAVELENGTH, change)
+    ends, tied = smooth(problem, start, WAVELENGTH, change)
     noise = fit.objective / (len(scan.theta_i) - 6)
     residuals = residuals_of_phi(problem, noise, change)
     bounds = (problem.lower.ravel(), problem.upper.ravel())
@@ -70,7 +70,7 @@ def test_minimum_and_uncertainties_are_those_of_a_plain_least_squares(scan, devi
     for w in range(4):
         block = expected[6 * w : 6 * w + 6, 6 * w : 6 * w + 6]
         scale = np.sqrt(np.outer(np.diag(block), np.diag(block)))
-        np.testing.assert_allclose(covariance[w] / scale, block / scale, atol=1e-3)
+        np.testing.assert_allclose(tied.covariance[w] / scale, block / scale, atol=1e-3)
 
 
 def test_a_penalty_brings_neighbours_together_and_narrows_error_bars(scan):
@@ -79,8 +79,8 @@ def test_a_penalty_brings_neighbours_together_and_narrows_error_bars(scan):
         assert np.ptp(even.parameters[name]) < np.ptp(rough.parameters[name])
         assert (even.sigma[name] < rough.sigma[name]).all()
     assert (even.objective >= rough.objective * (1.0 - 1e-9)).all()
-    assert even.provenance["smooth"] == "0.001"
-    assert "smooth" not in rough.provenance
+    assert even.setup.smooth == 0.001
+    assert rough.setup.smooth is None
 
 
 def test_neighbours_lead_out_of_a_bad_optimum(scan, device):

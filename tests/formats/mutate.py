@@ -21,9 +21,9 @@ ABSURD = (
 WORDS = (b"\x00", b"\xff\xfe", b"{", b"}", b"\n", b"<", b'"', b",", b";", b"\t", b"#", b"DataEnd", b"\r")
 
 
-def mutated(content: bytes, rng: np.random.Generator) -> bytes:
-    """Return content with one to four pieces of damage."""
-    for _ in range(rng.integers(1, 5)):
+def mutated(content: bytes, rng: np.random.Generator, most: int = 4) -> bytes:
+    """Return content with one to `most` pieces of damage."""
+    for _ in range(rng.integers(1, most + 1)):
         if not content:
             return content
         place = int(rng.integers(len(content)))

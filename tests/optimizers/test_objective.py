@@ -115,7 +115,7 @@ def test_the_separable_objective_is_the_minimum_over_ks_and_kd(problem):
         columns = []
         for unit in ([1.0, 0.0], [0.0, 1.0]):
             one[4:] = unit
-            columns.append(objective.scale * MODEL.brdf(one[None, :], objective.features))
+            columns.append(objective.scale * objective.seen.brdf(one[None, :]))
         best = lsq_linear(
             np.array(columns).T, objective.target, bounds=([1e-12, 1e-12], [1e5, 10.0]), tol=1e-14
         )

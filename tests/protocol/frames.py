@@ -1,4 +1,4 @@
-"""OBP frames written from the table in knowledge/rig.md, without our codec."""
+"""OBP frames written from the table of the protocol (docs/protocols.md), without our codec."""
 
 import hashlib
 import struct

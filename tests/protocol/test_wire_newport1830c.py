@@ -1,4 +1,4 @@
-"""1830-C: literal bytes out and in, as in knowledge/rig.md."""
+"""1830-C: literal bytes out and in, as in docs/protocols.md."""
 
 import pytest
 from wire import IMPATIENT, PATIENCE, Dialogue, kinds

@@ -1,4 +1,4 @@
-"""OBP: literal bytes out and in, as in knowledge/rig.md."""
+"""OBP: literal bytes out and in, as in docs/protocols.md."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""SMC100: literal bytes out and in, as in knowledge/rig.md."""
+"""SMC100: literal bytes out and in, as in docs/protocols.md."""
 
 import pytest
 from wire import IMPATIENT, Dialogue, kinds

@@ -12,6 +12,7 @@ from clbrdf.geometry import Directions
 from clbrdf.models import get_model
 from clbrdf.rig.budget import (
     GROUPS,
+    KINDS,
     Budget,
     PointSources,
     Source,
@@ -28,7 +29,7 @@ from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.rigfile import SpectrometerSettings
 from clbrdf.rig.row import POINT
 from clbrdf.rig.samples import sample_path
-from clbrdf.rig.uncertainty import MEDIAN_OF_THREE, angle_sigma, count_variance, linearised, local_slopes
+from clbrdf.rig.uncertainty import MEDIAN_OF_THREE, angle_sigmas, count_variance, linearised, local_slopes
 from clbrdf.scan import Scan
 
 GRID = np.arange(500.0, 601.0, 10.0)
@@ -43,9 +44,9 @@ def test_the_papers_numbers():
 
 def test_scale_and_point_parts_are_apart():
     budget = Budget()
-    scale, point = kind_percent(budget, "scale"), kind_percent(budget, "point")
-    assert math.hypot(scale, point) == pytest.approx(total_percent(budget))
-    assert point == pytest.approx(math.sqrt(0.1**2 + 0.4**2 + 0.4**2))
+    parts = [kind_percent(budget, kind) for kind in KINDS]
+    assert math.hypot(*parts) == pytest.approx(total_percent(budget))
+    assert parts[1:] == [0.0, 0.4, pytest.approx(math.hypot(0.1, 0.4))]
 
 
 def test_a_group_left_out_keeps_the_papers_values(tmp_path):
@@ -58,9 +59,10 @@ def test_a_group_left_out_keeps_the_papers_values(tmp_path):
 
 def test_measured_sources_replace_their_percentage():
     budget = Budget(points=PointSources(counting=True, reference=False))
-    assert budget.without_measured("point") == pytest.approx(math.hypot(0.001, 0.004))
+    assert budget.remaining("point") == pytest.approx(0.001)
     budget = Budget(points=PointSources(counting=False, reference=False))
-    assert budget.without_measured("point") == pytest.approx(math.sqrt(0.1**2 + 2 * 0.4**2) / 100)
+    assert budget.remaining("point") == pytest.approx(math.hypot(0.001, 0.004))
+    assert budget.remaining("run") == pytest.approx(0.004)
 
 
 def test_count_variance():
@@ -132,7 +134,7 @@ def test_local_slopes_without_neighbours():
 def test_angle_sigma_in_closed_form():
     """In plane θr = turn and θi = lamp − turn: f = p θi + q θr has σ² = δ² (p² + (q − p)²)."""
     scan, axes = lattice(lambda i, r, p: 5.0 + 0.03 * i - 0.02 * r)
-    sigma = angle_sigma(scan, axes, 0.1)
+    sigma = np.linalg.norm(angle_sigmas(scan, axes, 0.1), axis=0)
     assert sigma == pytest.approx(0.1 * math.hypot(0.03, -0.05), rel=1e-6)
 
 
@@ -152,7 +154,7 @@ def test_angle_sigma_by_sampling_the_model(theta_i, parameters, tolerance):
     i, r = (a.ravel() for a in np.meshgrid(theta_i, np.arange(5.0, 60.0, 0.5), indexing="ij"))
     scan = Scan(i, np.zeros(len(i)), r, np.full(len(i), 180.0), [500.0], values(i, r, 180.0)[:, None])
     axes = inverse(scan.directions)[:, 0]
-    predicted = angle_sigma(scan, axes, 0.02)[:, 0]
+    predicted = np.linalg.norm(angle_sigmas(scan, axes, 0.02), axis=0)[:, 0]
     random = np.random.default_rng(4)
     spread = []
     for _ in range(600):
@@ -170,45 +172,46 @@ def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("measured")
     effects = "shot_noise = true\nread_noise = 3.0\nreference_noise = 0.002"
     with emulation(folder, effects=effects, reference_noise=0.002) as (rig_path, _, _):
-        measure(write_plan(folder), rig_path, folder / "scan.h5")
+        measure(write_plan(folder, reference_every=6, dark_every=5), rig_path, folder / "scan.h5")
     return folder / "scan.h5"
 
 
-def test_sigma_lands_in_brdf_errors(measured):
-    """With the paper's budget: scale and point parts in the file, together the total."""
-    import h5py
-
-    scan, raw = Scan.open(measured), read_raw(measured)
-    result = calibrate(raw, Budget())
-    with h5py.File(measured) as file:
-        point = file["entry/uncertainty/brdf_errors_point"][()]
-        scale = file["entry/uncertainty/brdf_errors_scale"][()]
-        assert file["entry/uncertainty/brdf_errors_scale"].attrs["units"] == "1/sr"
-        total = file["entry/data/brdf_errors"][()]
-    assert np.hypot(point, scale) == pytest.approx(total)
-    assert scan.sigma == pytest.approx(total)
-    assert point == pytest.approx(result.combined("point"))
-    relative = scale / scan.brdf
-    # 6.02 % of the paper and a little from the direct beam.
-    assert (relative >= 0.0602).all()
-    assert np.median(relative) == pytest.approx(0.0602, rel=0.02)
+def test_the_budget_lands_in_the_scan_file(measured):
+    """With the paper's budget: every source is a component, together the total."""
+    scan = Scan.open(measured)
+    found = {one.name: one for one in scan.components}
+    assert {"counting", "dark", "counting of the reference", "lamp power at the point"} <= found.keys()
+    assert {"stray light", "nonlinearity", "solid angle of the receiver", "different readers"} <= found.keys()
+    assert "lamp stability" not in found, "measured at each point"
+    sizes = {name: one.absolute(scan.brdf) for name, one in found.items()}
+    assert np.sqrt(sum(size**2 for size in sizes.values())) == pytest.approx(scan.sigma)
+    common = [name for name, one in found.items() if one.direction.form == "systematic"]
+    whole = np.sqrt(sum(sizes[name] ** 2 for name in common)) / scan.brdf
+    assert whole == pytest.approx(np.sqrt(3.34**2 + 1.0 + 0.4**2 + 0.7**2 + 4.84**2) / 100.0)
+    # Rows that share a dark spectrum share its error, and those that share a reading of the beam.
+    raw = read_raw(measured)
+    rows = raw.point_rows()
+    for name, column in (("dark", "dark"), ("drift of the reflected luminance", "direct")):
+        groups, shared = found[name].direction.groups, raw.rows[column][rows]
+        assert ((groups[:, None] == groups) == (shared[:, None] == shared)).all()
+        assert len(set(groups.tolist())) > 1
 
 
 def test_raw_counts_calibrate_again(measured, tmp_path):
     raw = read_raw(measured)
     scan = Scan.open(measured)
-    again = calibrate(raw, Budget()).scan
+    again = calibrate(raw, Budget())
     assert np.array_equal(again.brdf, scan.brdf)
     half = raw.rig.model_copy(
         update={"geometry": raw.rig.geometry.model_copy(update={"solid_angle": 5.0e-4})}
     )
-    assert calibrate(dataclasses.replace(raw, rig=half), EXACT).scan.brdf == pytest.approx(2.0 * scan.brdf)
+    assert calibrate(dataclasses.replace(raw, rig=half), EXACT).brdf == pytest.approx(2.0 * scan.brdf)
     coarse = raw.plan.model_copy(update={"wavelength": WavelengthGrid(start=520, stop=580, step=20)})
     other = dataclasses.replace(raw, plan=coarse)
     calibrated = calibrate(other, EXACT)
-    assert calibrated.scan.wavelength.tolist() == [520.0, 540.0, 560.0, 580.0]
+    assert calibrated.wavelength.tolist() == [520.0, 540.0, 560.0, 580.0]
     save_calibrated(tmp_path / "again.h5", other, calibrated, EXACT, overwrite=False)
-    assert np.array_equal(Scan.open(tmp_path / "again.h5").brdf, calibrated.scan.brdf)
+    assert np.array_equal(Scan.open(tmp_path / "again.h5").brdf, calibrated.brdf)
     assert np.array_equal(read_raw(tmp_path / "again.h5").rows["counts"], raw.rows["counts"])
 
 
@@ -220,17 +223,18 @@ def test_stray_light_from_the_mean_signal(measured):
     beam = int(raw.rows["direct"][raw.point_rows()[0]])
     net = raw.rows["counts"][beam].astype(float) - raw.rows["counts"][raw.rows["dark"][beam]]
     share = 0.01 * resample((net.mean() / np.maximum(net, 1.0))[None], resampling(raw.wavelength, GRID, 10.0))
-    relative = calibrated.parts["stray light"] / calibrated.scan.brdf
+    stray = next(one for one in calibrated.components if one.name == "stray light")
+    relative = np.asarray(stray.values) / calibrated.brdf
     assert relative == pytest.approx(np.broadcast_to(share, relative.shape), rel=0.05)
 
 
 def test_calibration_works_on_what_is_there(measured):
     """Points that are not measured (yet) are left out; those that are there keep their own directions."""
     raw = read_raw(measured)
-    whole = calibrate(raw, EXACT).scan
+    whole = calibrate(raw, EXACT)
     last = int(np.nonzero(raw.rows["kind"] == POINT)[0][-1])
     fewer = dataclasses.replace(raw, rows={name: values[:last] for name, values in raw.rows.items()})
-    part = calibrate(fewer, EXACT).scan
+    part = calibrate(fewer, EXACT)
     assert len(part.theta_i) == len(whole.theta_i) - 1
     assert np.array_equal(part.brdf, whole.brdf[:-1])
     assert np.array_equal(fewer.directions.theta_r, raw.directions.theta_r[:-1])

@@ -1,4 +1,4 @@
-"""Every fault of the table in knowledge/rig.md, injected on the emulator, ends as the table says."""
+"""Every fault that the emulator injects ends as EXPECTED says: mended, flagged, or in words."""
 
 import subprocess
 import sys

@@ -35,8 +35,11 @@ from clbrdf.rig.segmentimage import lookup3
             "unknown key wavelength.begin; known here: start, stop, step",
         ),
         ("theta_i = 30\ntheta_r = {start = 0, stop = 10}", "a range has the keys start, stop and step"),
-        ("theta_i = 30\ntheta_r = {start = 0, stop = 10, step = -1}", "no step of -1 leads from 0 to 10"),
-        ("theta_i = 30\ntheta_r = {start = 0, stop = 10, step = 0}", "no step of 0"),
+        (
+            "theta_i = 30\ntheta_r = {start = 0, stop = 10, step = -1}",
+            "from 0 to 10 in steps of -1 has no end",
+        ),
+        ("theta_i = 30\ntheta_r = {start = 0, stop = 10, step = 0}", "in steps of 0 has no end"),
         ("theta_i = 30\ntheta_r = {start = 0, stop = 80, step = 1e-6}", "at most 1000000"),
         ("theta_i = 30\ntheta_r = 10\nphi_r = 90", "phi_r - phi_i = 90° is out of plane"),
         ("theta_i = 30\ntheta_r = 10\nrepeats = 0", "repeats = 0: should be greater than or equal to 1"),

@@ -82,7 +82,7 @@ def kill_and_resume(context, folder, whole, random, kills):
         measure(plan, rig_path, out, resume=True, budget=EXACT)
     joined, joined_raw = Scan.open(out), read_raw(out)
     # A child that was let finish used the default budget: calibrate alike.
-    joined = calibrate(joined_raw, EXACT).scan
+    joined = calibrate(joined_raw, EXACT)
     for name in ("theta_i", "phi_i", "theta_r", "phi_r", "wavelength", "brdf", "sigma", "flags"):
         assert np.array_equal(getattr(joined, name), getattr(scan, name), equal_nan=True), name
     assert {k: v.tobytes() for k, v in counts_by_point(joined_raw.rows).items()} == {

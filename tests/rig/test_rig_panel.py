@@ -66,10 +66,10 @@ def test_nobody_to_put_the_panel_in(tmp_path):
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ("theta_i,theta_r,phi,wavelength\n0,45,180,500\n", "needs the columns"),
-        ("theta_i,theta_r,phi,wavelength,brdf\n", "at least one row"),
-        ("theta_i,theta_r,phi,wavelength,brdf\n0,45,180,500,white\n", "row 2: .*are not five numbers"),
-        ("theta_i,theta_r,phi,wavelength,brdf\n0,45,180,500,-0.3\n", "row 2: brdf -0.3"),
+        ("theta_i,theta_r,phi,wavelength\n0,45,180,500\n", "no column brdf"),
+        ("theta_i,theta_r,phi,wavelength,brdf\n", "no data"),
+        ("theta_i,theta_r,phi,wavelength,brdf\n0,45,180,500,white\n", "line 2, column brdf: 'white' is not"),
+        ("theta_i,theta_r,phi,wavelength,brdf\n0,45,180,500,-0.3\n", "line 2: brdf -0.3"),
         (TABLE + "20,45,180,450,0.3\n", "has other wavelengths"),
     ],
 )

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from clbrdf.instrument.aperture import solid_angle
+from clbrdf.instrument.bandwidth import Bandwidth, slit_nodes
+from clbrdf.instrument.cone import cone_nodes
+from clbrdf.instrument.vectors import mirrored, pair_of_vectors
 from clbrdf.opencl.precision import PRECISIONS
 from clbrdf.scene import simulate
-from clbrdf.scene.cone import cone_nodes
-from clbrdf.scene.effects.aperture import solid_angle
-from clbrdf.scene.effects.bandwidth import Bandwidth, slit_nodes
 from clbrdf.scene.quadrature import ORDERS, Told, integrate
 from clbrdf.scene.simulate import set_up
 from clbrdf.scene.surface import make_surface
-from clbrdf.scene.vectors import mirrored, pair_of_vectors
 from tests.reference import naive
 from tests.scene.scenes import brute_aperture, brute_beam, scene
 

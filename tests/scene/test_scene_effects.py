@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from clbrdf import InputError
+from clbrdf.instrument.footprint import Footprint, seen_share
 from clbrdf.scene import simulate
-from clbrdf.scene.effects.footprint import Footprint, seen_share
 from clbrdf.scene.effects.shot_noise import EXPANDED_FROM, poisson_quantile
 from clbrdf.scene.random_numbers import normal, uniform
 from clbrdf.scene.scenefile import EFFECTS

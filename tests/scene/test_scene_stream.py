@@ -117,3 +117,21 @@ def test_12_million_values_in_a_gigabyte(tmp_path, effects):
         values = file["entry/data/brdf"]
         assert values.shape == (32041, 381)
         assert np.isfinite(values[[0, 20000, -1]]).all()
+
+
+@pytest.mark.parametrize("each", ["value", "direction", "scan"])
+def test_random_effects_are_components(tmp_path, each):
+    effects = {"read_noise": {}, "reader": {"percent": 2.0, "each": each}}
+    made = scene(**SMALL, effects=effects, detector={"integration_time": 0.05})
+    scan = simulate(made)
+    noise, reader = scan.components
+    assert noise.is_noise
+    assert reader.is_random == (each != "scan")
+    assert reader.wavelength.form == ("random" if each == "value" else "systematic")
+    # The reader's part is of the values before it: a percentage of a value that is 2 % off.
+    assert scan.sigma == pytest.approx(np.hypot(noise.values, 0.02 * scan.brdf), rel=0.1)
+    stream(set_up(made), tmp_path / "scan.h5")
+    again = Scan.open(tmp_path / "scan.h5")
+    assert [one.name for one in again.components] == ["noise", "reader"]
+    assert np.asarray(again.components[0].values).tobytes() == np.asarray(noise.values).tobytes()
+    assert again.components[1].wavelength.form == reader.wavelength.form

@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from clbrdf import Fit, Scan
+from clbrdf.fit.records import Estimate, Goodness, Search, Setup
 from clbrdf.models import get_model
 from clbrdf.viz.graphics import GraphicsError, require_off_screen
+from clbrdf.viz.page import PageSubject, save_page
 from clbrdf.viz.subject import Subject
 from tests.reference.naive import TIN_FOIL
+from tests.viz.browsing import browser_programs, comes_true, start_browser
 
 
 @pytest.fixture(scope="session")
@@ -28,31 +31,58 @@ def gl() -> None:
 def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged") -> Fit:
     """Return a fit with given parameters, each a number or (W,)."""
     model, w = get_model(), len(scan.wavelength)
-    values = {n: np.array(np.broadcast_to(np.asarray(parameters[n], float), w)) for n in model.names}
+    vector = np.stack([np.broadcast_to(np.asarray(parameters[n], float), w) for n in model.names], axis=1)
+    none = np.zeros(vector.shape, dtype=np.bool_)
     ones = np.ones(w)
     return Fit(
         scan=scan,
         model=model,
+        setup=Setup(np.ones(scan.brdf.shape), "none", model.bounds(), method="by hand"),
+        estimate=Estimate(
+            vector=vector,
+            sigma=0.01 * np.abs(vector),
+            correlation=np.full((w, len(model.names), len(model.names)), np.nan),
+            condition=10.0 * ones,
+            at_bound=none,
+            undetermined=none,
+        ),
+        goodness=Goodness(
+            objective=0.004 * ones,
+            relative_rms=0.06 * ones,
+            relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
+            degrees=(len(scan) - len(model.names)) * ones,
+            chi2_reduced=np.nan * ones,
+            scatter=0.06 * ones,
+            lag_one=0.1 * ones,
+            lag_score=ones,
+            lack_of_fit=np.nan * ones,
+            repeats=np.zeros(w, np.int64),
+        ),
+        search=Search(
+            device="none",
+            evaluations=np.ones(w, np.int64),
+            starts=np.full(w, 8),
+            agreeing=np.full(w, 8),
+            acceptance=0.4 * ones,
+            not_finite=np.zeros(w, np.int64),
+        ),
+        status=np.array([status] * w),
+        provenance={"weights": "none"},
+    )
+
+
+def fit_by_hand(scan, model):
+    """Return a fit of any model with its default parameters."""
+    fit = fit_of(scan, FOIL)
+    w = len(scan.labels)
+    values = {p.name: np.full(w, p.default) for p in model.parameters}
+    return replace(
+        fit,
+        model=model,
         parameters=values,
         sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
-        objective=0.004 * ones,
-        relative_rms=0.06 * ones,
-        relative_rms_by_incident_angle=0.06 * np.ones((len(scan.incident_angles), w)),
-        status=np.array([status] * w),
-        correlation=np.full((w, len(model.names), len(model.names)), np.nan),
-        condition=10.0 * ones,
-        remarks=("",) * w,
-        evaluations=np.ones(w, np.int64),
-        starts=np.full(w, 8),
-        agreeing=np.full(w, 8),
-        acceptance=0.4 * ones,
-        not_finite=np.zeros(w, np.int64),
-        weights=np.ones(scan.brdf.shape),
+        correlation=np.tile(np.eye(len(values)), (w, 1, 1)),
         bounds=model.bounds(),
-        method="by hand",
-        device="none",
-        seed=0,
-        provenance={"weights": "none"},
     )
 
 
@@ -100,27 +130,35 @@ def all_masked(scan: Scan, column: int | None = None) -> Scan:
 @pytest.fixture(scope="session")
 def browser():
     """A headless Chromium; tests that look through one are skipped where it is missing."""
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    driver = shutil.which("chromedriver")
-    if chromium is None or driver is None:
+    if None in browser_programs():
         pytest.skip("no Chromium with its driver here (Debian: apt-get install chromium chromium-driver)")
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
+    pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     folder = tempfile.mkdtemp(prefix="clbrdf-chromium-")
-    for word in (
-        "--headless=new",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--enable-unsafe-swiftshader",
-        "--disable-background-networking",
-        "--disable-dev-shm-usage",
-        "--window-size=1000,800",
-        f"--user-data-dir={folder}",
-    ):
-        options.add_argument(word)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driven = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    driven = start_browser(folder)
     yield driven
     driven.quit()
     shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def show(browser, tmp_path):
+    """Write a page of subjects and open it, offline; whatever the browser complains of fails the test."""
+    browser.get_log("browser")
+    browser.set_network_conditions(offline=True, latency=0, throughput=0)
+
+    def go(*subjects, fragment=""):
+        path = tmp_path / "brdf.html"
+        save_page(list(subjects), path, overwrite=True)
+        browser.get("about:blank")
+        browser.get(path.as_uri() + (f"#{fragment}" if fragment else ""))
+        assert comes_true(lambda: browser.execute_script("return !!(window.clbrdf && clbrdf.frames)"))
+        return browser
+
+    yield go
+    browser.delete_network_conditions()
+    assert [line["message"] for line in browser.get_log("browser")] == []
+
+
+@pytest.fixture
+def foil_page(foil):
+    return PageSubject(foil.name, foil.scan, foil.fit, "fit.h5")

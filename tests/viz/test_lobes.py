@@ -17,6 +17,7 @@ from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import peak_text, points_text
 from clbrdf.viz.radius import RadiusScale
 from clbrdf.viz.subject import Subject
+from tests.planted import with_parameters
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
 UNIT = RadiusScale("linear", 1.0, 1e-3)
@@ -68,7 +69,7 @@ def test_no_fit_at_a_wavelength(foil):
     parameters = {n: np.array(v) for n, v in foil.fit.parameters.items()}
     for values in parameters.values():
         values[1] = np.nan
-    subject = Subject("foil", foil.scan, replace(foil.fit, parameters=parameters))
+    subject = Subject("foil", foil.scan, with_parameters(foil.fit, parameters))
     lobe = FittedLobe(subject, LobeMesh(0.03, rings=20, sectors=10))
     assert not lobe.evaluate(1, 45.0)
     assert lobe.evaluate(2, 45.0)
@@ -176,8 +177,8 @@ def test_marks_and_whiskers(gl, foil):
 
 def test_words(small_scan):
     subject = Subject("foil", small_scan)
-    assert "not measured at θi = 33°" in points_text(subject, 33.0, 0, 0)
-    assert points_text(subject, 30.0, 14, 2) == "14 measured points, 2 masked and not shown"
+    assert "not measured at θi = 33°" in points_text(subject, 33.0, 0, 0, 0)
+    assert points_text(subject, 30.0, 14, 2, 14) == "14 measured points, 2 masked and not shown"
     text = peak_text([1.0, 5.0], unit_vectors([10.0, 85.0], [0.0, 180.0]), 85.0, False)
     assert text == "peak 5 1/sr at θr = 85.0°, φ = 180° (at the edge of the mesh)"
     assert peak_text([1.0, -5.0], unit_vectors([0.0, 20.0], 0.0), None, True).startswith(
@@ -194,7 +195,7 @@ def brushed(small_scan):
     values = {**{p.name: p.default for p in model.parameters}, "alpha_x": 0.05, "alpha_y": 0.4}
     fit = fit_of(scan, FOIL)
     parameters = {name: np.full(3, values[name]) for name in model.names}
-    fit = replace(fit, model=model, parameters=parameters, sigma=parameters)
+    fit = with_parameters(replace(fit, model=model), parameters, parameters)
     return Subject("brushed", scan, fit)
 
 

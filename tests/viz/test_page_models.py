@@ -34,7 +34,11 @@ const slopes = angles.slice(0, 200).map((a, k) => {
   functions.slopes(parameters[k %% parameters.length])(x, 0, d);
   return Array.from(d);
 });
-return [values, slopes];
+// The way of the maps: features of all directions first, then values of one parameter set.
+const kept = surface.features(angles.length, (k) => angles[k]);
+const map = surface.value(parameters[0]);
+const pixels = angles.map((a, k) => map(kept, k * surface.count));
+return [values, slopes, pixels];
 """
 
 
@@ -102,7 +106,9 @@ def answers(request, blank):
     angles, sets = drawn(model)
     helpers = "\n".join(source(name) for name in ("special.js", "angles.js", "surface.js"))
     ask = helpers + ASK % (javascript_text(model.formula), len(model.formula.features))
-    values, slopes = blank.execute_script(ask, angles.tolist(), sets.tolist())
+    values, slopes, pixels = blank.execute_script(ask, angles.tolist(), sets.tolist())
+    # Maps show what readouts say: to the last digit, for all pixels of the set that both have computed.
+    assert pixels[:: len(sets)] == values[:: len(sets)]
     to_number = [np.nan if v is None else v for v in values]
     return model, angles, sets, np.array(to_number, float), np.array(slopes, float)
 

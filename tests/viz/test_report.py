@@ -15,6 +15,7 @@ from clbrdf.viz.curves import measured_and_model, spectral_map
 from clbrdf.viz.report_parts import figure as drawn_figure
 from clbrdf.viz.report_words import warning_lines
 from clbrdf.viz.spectra import parameter_spectra, quality_spectra
+from tests.planted import with_parameters, with_part
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
 
@@ -98,7 +99,7 @@ def test_figures_show_the_fit(foil):
 def test_unknown_uncertainties_are_marked(foil):
     sigma = {n: np.array(v) for n, v in foil.fit.sigma.items()}
     sigma["kd"][1] = np.inf
-    figure = parameter_spectra(replace(foil.fit, sigma=sigma))
+    figure = parameter_spectra(with_parameters(foil.fit, foil.fit.parameters, sigma))
     axes = next(a for a in figure.axes if a.get_ylabel() == "kd")
     assert any(len(line.get_xdata()) == 1 and line.get_xdata()[0] == 550.0 for line in axes.get_lines())
 
@@ -106,18 +107,21 @@ def test_unknown_uncertainties_are_marked(foil):
 def test_warnings(foil, small_scan):
     plane = "measured in the plane of incidence only: beside it the model is not held by any point"
     assert warning_lines(foil.fit) == [plane]
-    poor = replace(foil.fit, relative_rms=np.full(3, 0.26))
+    poor = with_part(foil.fit, "goodness", relative_rms=np.full(3, 0.26))
     assert "the model misses the data by 26 %" in warning_lines(poor)[0]
     fit = fit_of(all_masked(small_scan, 1), FOIL)
     status = np.array(["ambiguous", "no data", "converged"])
-    fit = replace(fit, status=status, not_finite=np.array([3, 0, 4]), evaluations=np.array([50, 0, 50]))
-    fit = replace(fit, remarks=("a and b open: 2 incident angles, 3 are needed", "", ""))
-    assert "not finite" not in "\n".join(warning_lines(replace(fit, evaluations=np.array([9000, 0, 9000]))))
+    fit = with_part(fit, "search", not_finite=np.array([3, 0, 4]), evaluations=np.array([50, 0, 50]))
+    undetermined = np.zeros((3, 6), dtype=bool)
+    undetermined[0, :2] = True
+    fit = with_part(replace(fit, status=status), "estimate", undetermined=undetermined)
+    often = with_part(fit, "search", evaluations=np.array([9000, 0, 9000]))
+    assert "not finite" not in "\n".join(warning_lines(often))
     lines = "\n".join(warning_lines(fit))
     for words in (
         "no data at 550 nm",
         "ambiguous at 450 nm",
-        "a and b open: 2 incident angles, 3 are needed, at 450 nm",
+        "a and b cannot be determined: other values fit as well, at 450 nm",
         "48 values (33.3 %) are masked as not measured",
         "7 of 100 evaluations of the search were not finite",
     ):
@@ -130,7 +134,7 @@ def test_poor_fits_still_give_a_report(gl, small_scan, case, tmp_path):
         fit = fit_of(Scan([45.0], 0.0, [45.0], 180.0, [450.0, 550.0], [[0.5, 0.6]]), FOIL)
     else:
         fit = fit_of(all_masked(small_scan, 0), {n: [np.nan, v, v] for n, v in FOIL.items()})
-        fit = replace(fit, objective=np.array([np.nan, 0.1, 0.1]))
+        fit = with_part(fit, "goodness", objective=np.array([np.nan, 0.1, 0.1]))
     files, missing = write_report(fit, tmp_path)
     assert missing == ""
     assert files[2].stat().st_size > 10_000

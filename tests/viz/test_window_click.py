@@ -13,15 +13,16 @@ import pytest
 
 WINDOW = """
 import sys
-from clbrdf.viz.panel import Entry
+from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.style import Look
 from clbrdf.viz.subject import open_subject
-from clbrdf.viz.window import Window, controlled_scene
+from clbrdf.viz.window import Window, controlled_picture
 from tests.viz.test_control import project
 
-control = controlled_scene([Entry(open_subject(sys.argv[1]), 550.0, 45.0)], Look(radius="log"), (700, 600))
+request = LobeRequest(open_subject(sys.argv[1]), 550.0, 45.0)
+control = controlled_picture([request], Look(radius="log"), (700, 600))
 window = Window(control)
-panel = control.scene.panels[0]
+panel = control.picture.panels[0]
 pick = control.pick
 
 def told(x, y):
@@ -34,7 +35,7 @@ window.interactor.CreateRepeatingTimer(200)
 def ready(caller, event):
     window.interactor.RemoveObserver(observer)
     x, y = (int(v) for v in project(panel.renderer, panel.marks[0].positions)[9])
-    print("ready", x, control.scene.plotter.render_window.GetSize()[1] - 1 - y, flush=True)
+    print("ready", x, control.picture.plotter.render_window.GetSize()[1] - 1 - y, flush=True)
 
 observer = window.interactor.AddObserver("TimerEvent", ready)
 window.show()

@@ -23,6 +23,10 @@ function modelInPlane(view) {
   if (!f) return [];
   const places = new Set();
   for (let t = -89.5; t <= 89.5; t += 0.5) places.add(t);
+  for (let k = -100; state.span < 90 && k <= 100; k++) {
+    const t = state.thetaR + (state.span * k) / 100;
+    if (Math.abs(t) < 89.5) places.add(t);
+  }
   for (const [t] of rowsInPlane(view)) places.add(t);
   const inPlane = Math.abs(fold(state.phi)) < 1e-9 ? -1 : Math.abs(fold(state.phi - 180)) < 1e-9 ? 1 : 0;
   if (inPlane) {
@@ -45,6 +49,7 @@ function makeCut(panel, act) {
     const signed = panel.pick((event.clientX - svg.getBoundingClientRect().left));
     if (signed !== null) act.along(signed);
   });
+  stepButtons(panel, "cut around the cursor", (larger) => act.span(larger ? 0.5 : 2));
   return { draw: (view) => drawCut(panel, view) };
 }
 
@@ -59,11 +64,14 @@ function drawCut(panel, view) {
   const width = Math.max(260, panel.figure.clientWidth);
   const height = Math.min(0.62 * width, 30 * fontSize());
   const reach = s.reach(state.thetaI, state.phiI);
-  const values = rows.filter(([, n]) => s.usable(n, state.column)).map(([t, n]) => s.measured(n, state.column) / per(t));
-  for (const [t, v] of model) if (Math.abs(t) <= reach) values.push(v / per(t));
+  const near = (t) => state.span >= 90 || Math.abs(t - state.thetaR) <= state.span;
+  const values = rows.filter(([t, n]) => s.usable(n, state.column) && near(t)).map(([t, n]) => s.measured(n, state.column) / per(t));
+  for (const [t, v] of model) if (Math.abs(t) <= reach && near(t)) values.push(v / per(t));
   const y = { ...axisRange(values, scale.log), label: state.scale === "ratio" ? "ratio" : "BRDF (1/sr)" };
   const names = (v) => `${number(Math.abs(v))}°`;
-  const x = { lo: -90, hi: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], names };
+  const whole = state.span >= 90;
+  const [lo, hi] = whole ? [-90, 90] : [Math.max(-90, state.thetaR - state.span), Math.min(90, state.thetaR + state.span)];
+  const x = { lo, hi, ticks: whole ? [-90, -60, -30, 0, 30, 60, 90] : ticks(lo, hi, 5), names };
   const plane = `${number((state.phi + 180) % 360, 4)}°  ←  φ  →  ${number(state.phi, 4)}°`;
   const main = makePlot({ width, height, x: { ...x, label: view.f ? "" : `θr,  φ = ${plane}` }, y, label: `cut at φ = ${number(state.phi)}°: BRDF over θr` });
   main.shade(-90, -reach);
@@ -80,7 +88,7 @@ function drawCut(panel, view) {
   if (view.f) {
     const shown = view.deviations.points.filter((p) => rows.some(([, n]) => n === p.row));
     const of = new Map(shown.map((p) => [p.row, p.value]));
-    const size = Math.max(1e-9, ...shown.map((p) => Math.abs(p.value))) * 1.1;
+    const size = 1.1 * (Math.max(0, ...shown.map((p) => Math.abs(p.value))) || 1);
     const below = makePlot({
       width,
       height: Math.max(height * 0.42, 9 * fontSize()),
@@ -96,7 +104,7 @@ function drawCut(panel, view) {
   }
   panel.figure.innerHTML = html;
   panel.pick = (px) => {
-    const t = ((px - main.area.left) / main.area.width) * 180 - 90;
+    const t = lo + ((px - main.area.left) / main.area.width) * (hi - lo);
     return Math.abs(t) <= 89.99 ? t : null;
   };
 }

@@ -12,9 +12,11 @@ from pathlib import Path
 from clbrdf.errors import InputError
 from clbrdf.models.javascript import javascript_text
 from clbrdf.storage.files import whole_text
-from clbrdf.viz.page.record import PageSubject, named, subject_record
+from clbrdf.viz.page.record import PageSubject, computable, named, subject_record
+from clbrdf.viz.page.still import still_html
 from clbrdf.viz.page.thin import LARGEST
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table
+from clbrdf.viz.subject import Subject
 
 SCRIPTS = (
     "special.js",
@@ -36,6 +38,10 @@ SCRIPTS = (
     "strip.js",
     "live.js",
     "laws.js",
+    "tint.js",
+    "half.js",
+    "slice.js",
+    "sphere.js",
     "table.js",
     "controls.js",
     "main.js",
@@ -57,7 +63,10 @@ def page_text(subjects: Sequence[PageSubject], start: str = "") -> str:
     """
     if not 0 < len(subjects) <= MOST_SUBJECTS:
         raise InputError(f"a page holds 1 to {MOST_SUBJECTS} files, and here are {len(subjects)}")
-    shown = named(list(subjects))
+    given = named(list(subjects))
+    shown = [computable(s) for s in given]
+    stills = {s.name: still_html(Subject(s.name, s.scan, s.fit, s.source)) for s in given}
+    uncomputed = [stills[s.name] for s, kept in zip(given, shown, strict=True) if s is not kept]
     records = [subject_record(s, LARGEST // len(shown)) for s in shown]
     tables = {
         name: ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in colour_table(table)]
@@ -70,10 +79,22 @@ def page_text(subjects: Sequence[PageSubject], start: str = "") -> str:
     parts = {
         "TITLE": title,
         "STYLE": source("page.css"),
+        "STILLS": "\n".join(stills.values()),
+        "SHOWN": _section(uncomputed),
         "DATA": data.replace("<", "\\u003c"),
         "SCRIPT": f'(() => {{\n"use strict";\n{scripts}\nopenPage([{functions}]);\n}})();',
     }
     return re.sub(r"\{\{([A-Z]+)\}\}", lambda found: parts[found[1]], source("page.html"))
+
+
+def _section(uncomputed: list[str]) -> str:
+    """Return the still pictures of what the page cannot compute, to be seen by everybody."""
+    if not uncomputed:
+        return ""
+    words = "Still pictures of the fits that this page cannot compute; the warnings below say why."
+    return (
+        f'<section class="stills" aria-label="still pictures"><p>{words}</p>{"".join(uncomputed)}</section>'
+    )
 
 
 def source(name: str) -> str:

@@ -22,7 +22,7 @@ function makeLive(panel, act) {
   let inputs = [];
   const build = (view) => {
     const { s } = view;
-    const bounds = s.fit.bounds || s.model.parameters.map((p) => p.bounds);
+    const bounds = boundsOf(s);
     panel.figure.innerHTML = `<p class="verdict" aria-live="polite"></p><div class="rows"></div><button type="button" class="reset">back to the optimum</button>`;
     panel.figure.querySelector(".reset").addEventListener("click", () => act.live(null));
     inputs = s.model.parameters.map((row, j) => {
@@ -70,16 +70,37 @@ function makeLive(panel, act) {
   };
 }
 
-// E along one parameter, the others as they are: the floor is why the optimum is where it is.
-function courseSvg(view, input, j, best) {
+// ln E along one parameter, the others as they are: [value, ln E] at places of its slider.
+function courseOf(view, row, j, bounds) {
   const { s, state } = view;
-  if (s.count > MOST_FOR_COURSES) return "";
+  const slide = slideOf(row, bounds);
   const p = Float64Array.from(view.p);
-  const values = [];
-  for (let k = 0; k < COURSE; k++) {
-    p[j] = input.slide.value(k / (COURSE - 1));
-    values.push(Math.log(s.objective(p, state.column)));
-  }
+  return Array.from({ length: COURSE }, (_, k) => {
+    p[j] = slide.value(k / (COURSE - 1));
+    return [p[j], Math.log(s.objective(p, state.column))];
+  });
+}
+
+const boundsOf = (s) => s.fit.bounds || s.model.parameters.map((p) => p.bounds);
+
+function liveTable(view) {
+  const { s, state } = view;
+  const best = s.parameters(state.column);
+  const rows = [];
+  s.model.parameters.forEach((row, j) => {
+    if (!best || row.given === "wavelength") return;
+    rows.push([row.name, "here", view.p[j], s.objective(view.p, state.column)], [row.name, "optimum", best[j], s.objective(best, state.column)]);
+    if (s.count > MOST_FOR_COURSES) return;
+    for (const [value, lnE] of courseOf(view, row, j, boundsOf(s)[j])) rows.push([row.name, "along", value, Math.exp(lnE)]);
+  });
+  return { names: ["parameter", "place", "value", "E"], rows, remarks: view.remarks };
+}
+
+// The floor of the course is why the optimum is where it is.
+function courseSvg(view, input, j, best) {
+  const { s } = view;
+  if (s.count > MOST_FOR_COURSES) return "";
+  const values = courseOf(view, input.row, j, boundsOf(s)[j]).map(([, v]) => v);
   const good = values.filter(Number.isFinite);
   if (good.length < 2) return "";
   const [lo, hi] = [Math.min(...good), Math.max(...good)];

@@ -11,7 +11,7 @@ function makeLobe(panel, act) {
   canvas.className = "lobe";
   canvas.dataset.title = "lobe";
   canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-label", "lobe in three dimensions; drag or arrow keys turn it");
+  canvas.setAttribute("aria-label", "lobe in three dimensions; drag or arrow keys turn it, + and - change its size");
   panel.figure.append(canvas);
   let last = null;
   canvas.addEventListener("pointerdown", (event) => {
@@ -31,10 +31,18 @@ function makeLobe(panel, act) {
   }
   canvas.addEventListener("keydown", (event) => {
     const moves = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, -5], ArrowDown: [0, 5] };
-    if (!(event.key in moves)) return;
-    act.turn(...moves[event.key]);
+    if (event.key in moves) act.turn(...moves[event.key]);
+    else if (event.key === "+" || event.key === "-") act.zoom(event.key === "+" ? 1.25 : 0.8);
+    else return;
     event.preventDefault();
   });
+  // A touchpad's pinch arrives as a wheel with Ctrl; without it the wheel scrolls the page.
+  canvas.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey) return;
+    act.zoom(Math.exp(-0.01 * event.deltaY));
+    event.preventDefault();
+  }, { passive: false });
+  stepButtons(panel, "lobe", (larger) => act.zoom(larger ? 1.5 : 1 / 1.5));
   const cache = { key: "" };
   return { draw: (view) => drawLobe(canvas, view, cache) };
 }
@@ -80,18 +88,31 @@ function lobeWidth(view) {
   return 20 * RAD;
 }
 
-function camera(state, size) {
+function camera(state, size, centre) {
   const [az, el] = [state.azimuth * RAD, state.elevation * RAD];
   const right = [-Math.sin(az), Math.cos(az), 0];
   const out = [Math.cos(el) * Math.cos(az), Math.cos(el) * Math.sin(az), Math.sin(el)];
   const up = [out[1] * right[2] - out[2] * right[1], out[2] * right[0] - out[0] * right[2], out[0] * right[1] - out[1] * right[0]];
-  const zoom = size / 2.5;
+  const zoom = (size / 2.5) * state.zoom;
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const aim = [dot(centre, right), dot(centre, up)];
   return {
     out,
-    project: (v) => [size / 2 + zoom * dot(v, right), size * 0.5 - zoom * (dot(v, up) - 0.36 * Math.cos(el)), zoom * dot(v, out)],
+    project: (v) => [size / 2 + zoom * (dot(v, right) - aim[0]), size * 0.5 - zoom * (dot(v, up) - aim[1]), zoom * dot(v, out)],
   };
 }
+
+// What stands in the middle: the whole, or the more the lobe is enlarged the cursor's place on it.
+function lobeCentre(view) {
+  const { state, scale, reference } = view;
+  const middle = [0, 0, 0.36];
+  if (state.zoom <= 1 || !view.f) return middle;
+  const value = view.f(state.thetaI, state.phiI, state.thetaR, state.phi) / reference.of(state.thetaI, state.phiI, state.thetaR, state.phi);
+  const tip = vectorOf(state.thetaR, state.phi).map((c) => c * (lengthOf(scale)(value) || 0));
+  return mixedPlace(middle, tip, 1 - 1 / state.zoom);
+}
+
+const mixedPlace = (a, b, t) => a.map((v, k) => v + (b[k] - v) * t);
 
 // Length of a value: its place on the scale; linear from 0, whatever the colours start at.
 function lengthOf(scale) {
@@ -108,7 +129,7 @@ function drawLobe(canvas, view, cache) {
   if (canvas.width !== size || canvas.height !== high) Object.assign(canvas, { width: size, height: high });
   const inner = Math.min(view.quick ? 520 : 1100, Math.round(size * (view.quick ? 1 : 1.5)));
   const raster = makeRaster(inner);
-  const eye = camera(state, inner);
+  const eye = camera(state, inner, lobeCentre(view));
   const colours = theme();
   const [ink, soft, grey, cursor] = ["ink", "soft", "grey", "cursor"].map((name) => parseColour(colours[name]));
   const thick = Math.max(1, inner / 420);

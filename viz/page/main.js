@@ -84,6 +84,7 @@ function openPage(functions) {
       return s.surface.of(Float64Array.from(parameters || s.parameters(state.column)))(thetaI, phiI, thetaR, phi);
     },
     view: () => lookAt(state, subjects, false),
+    half: halfOfDirections,
     act,
     maps,
   };
@@ -96,6 +97,8 @@ function openPage(functions) {
   for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", () => drawAll());
   addEventListener("beforeprint", () => drawAll());
   drawAll();
+  // Milliseconds from the opening of the page.
+  page.firstPicture = performance.now();
 }
 
 // Everything that panels need of a state.
@@ -134,7 +137,10 @@ function makePanels(host, act, view) {
   add("lobe", "Lobe", "Drag to turn. Dark dots: measured. Grey: beyond the largest θr measured.", { make: (panel) => makeLobe(panel, act), table: pointTable, png: true });
   add("cut", "Cut through the cursor", "Points with ±σ: measured; line and band: model ±1σ of its parameters; grey: beyond what was measured. Click to move the cursor.", { make: (panel) => makeCut(panel, act), table: cutTable, svg: true });
   add("spectrum", "Spectrum at the cursor", "", { make: (panel) => makeSpectrum(panel, act), table: spectrumTable, svg: true });
-  add("live", "Parameters by hand", "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum.", { fits: fitted, make: (panel) => makeLive(panel, act) });
+  const here = (v) => !!v.f;
+  add("slice", "Half and difference angle", "The model at φi as shown; points: measured, whose φd is near. Left: mirror directions; below: back to the source; above: grazing. Click to move incident angle and cursor.", { fits: here, make: (panel) => makeSlice(panel, act), table: sliceTable, png: true });
+  add("sphere", "Lit sphere", "", { fits: here, make: (panel) => makeSphere(panel, act), table: sphereTable, png: true });
+  add("live", "Parameters by hand", "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum.", { fits: fitted, make: (panel) => makeLive(panel, act), table: liveTable, svg: true });
   add("strip", "Parameters over wavelength", "Bands: ±1σ. Open marks: at a bound or not determined, without uncertainty; crosses: not converged. Click to choose a wavelength.", { wide: true, fits: fitted, make: (panel) => makeStrip(panel, act), table: stripTable, svg: true });
   add("energy", "Energy", "", { fits: (v) => !!v.s.promises, make: (panel) => ({ draw: (v) => v.quick || drawEnergy(panel, v) }), table: energyTable, svg: true });
   add("colour", "Colour in the cut", "", { fits: (v) => !!v.s.model && !v.s.colour.missing && v.s.parameters(v.state.column), make: (panel) => ({ draw: (v) => v.quick || drawColour(panel, v) }), table: colourTable, svg: true });
@@ -212,6 +218,33 @@ function makeActs(state, subjects, moving, still) {
       moving("lobe");
     },
     rest: () => still("lobe"),
+    zoom(factor) {
+      state.zoom = Math.max(ZOOMS[0], Math.min(ZOOMS[1], state.zoom * factor));
+      moving("lobe");
+    },
+    span(factor) {
+      state.span = Math.max(SPANS[0], Math.min(SPANS[1], state.span * factor));
+      still("cut");
+    },
+    light(dx, dy) {
+      state.light = [fold(state.light[0] + dx), Math.max(-80, Math.min(80, state.light[1] + dy))];
+      moving("sphere");
+    },
+    difference(value) {
+      state.phiD = Math.max(0, Math.min(180, value));
+      moving("slice");
+    },
+    // A place of the slice: incident angle and cursor go there.
+    half(thetaH, thetaD) {
+      const at = directionsOfHalf(Math.max(0, Math.min(89, thetaH)), Math.max(0, Math.min(89, thetaD)), state.phiD);
+      if (!at || at.thetaI > 89) return;
+      Object.assign(state, { thetaI: at.thetaI, thetaR: zenith(at.thetaR), phi: at.phi });
+      moving();
+    },
+    halfStep(h, d) {
+      const at = halfOfDirections(state.thetaI, state.thetaR, state.phi);
+      act.half(at.thetaH + h, at.thetaD + d);
+    },
     hold(on) {
       const { scale } = lookAt(state, subjects, true);
       act.set({ hold: on ? [scale.lo, scale.hi] : null });

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.fit.budget import half_sigma, has_halves
 from clbrdf.fit.result import Fit
+from clbrdf.fit.words import remarks_line
 from clbrdf.models import NEEDS_PHI, Model
+from clbrdf.models.javascript import javascript_text
 from clbrdf.objective import WEIGHTS, weight_matrix
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -57,6 +59,31 @@ def open_for_page(path: str | Path) -> PageSubject:
     return PageSubject(whole.sample or Path(path).stem, scan, fit, Path(path).name, said)
 
 
+def computable(subject: PageSubject) -> PageSubject:
+    """Return a subject as far as a page can compute it: without its fit where it cannot, and with the reason.
+
+    Raises
+    ------
+    InputError
+        A fit of transmission without any direction of reflection.
+    """
+    fit = subject.fit
+    if fit is None:
+        return subject
+    why = ""
+    if subject.scan.transmitted.any():
+        why = "it holds transmission, and this page shows the reflecting side"
+    else:
+        try:
+            javascript_text(fit.model.formula)
+        except (KeyError, NotImplementedError) as error:
+            why = f"its formula has {error}, for which a browser has no function"
+    if not why:
+        return subject
+    said = f"the fit of {fit.model.name} is not computed here: {why}; there are still pictures of it"
+    return replace(subject, scan=subject.scan.reflection(), fit=None, said=(*subject.said, said))
+
+
 def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
     """Return what a page holds of one subject.
 
@@ -67,8 +94,6 @@ def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
         Bytes of measured values.
     """
     scan, fit = subject.scan, subject.fit
-    if fit is not None and scan.transmitted.any():
-        raise InputError(f"{subject.source or subject.name}: a fit of transmission has no page")
     count = 0 if fit is None else len(fit.model.names)
     thin = thinning(len(scan), len(scan.wavelength), budget, 24 * count + 2 * count * count + 32)
     part = scan.rows(thin.rows).columns(thin.columns)
@@ -171,29 +196,30 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
     """Return what a page holds of a fit, at the wavelengths that are kept."""
     columns = thin.columns
     upper = np.triu_indices(len(fit.model.names), 1)
-    remarks = sorted({fit.remarks[k] for k in columns})
-    name = fit.provenance.get("weights", "")
-    weights = _named_weights(fit, name)
+    lines = [remarks_line(fit.remarks[k]) for k in columns]
+    remarks = sorted(set(lines))
+    weights = _named_weights(fit, fit.setup.weighting)
     values: Json = {
         "model": model_record(fit.model),
         "parameters": packed(fit.vector[columns]),
         "sigma": packed(np.stack([fit.sigma[n] for n in fit.model.names], axis=-1)[columns]),
+        "sigma_random": packed(half_sigma(fit, False)[columns]) if has_halves(fit) else None,
         "correlation": packed(fit.correlation[columns][:, upper[0], upper[1]], "f4"),
         "E": packed(fit.objective[columns]),
         "sigma_r": packed(fit.relative_rms[columns]),
         "status": [str(fit.status[k]) for k in columns],
         "remarks": remarks,
-        "remark": [remarks.index(fit.remarks[k]) for k in columns],
-        "bounds": fit.bounds.tolist() if fit.bounds.ndim == 2 else None,
+        "remark": [remarks.index(line) for line in lines],
+        "bounds": fit.setup.bounds.tolist() if fit.setup.bounds.ndim == 2 else None,
         "given": list(fit.given),
-        "method": fit.method,
+        "method": fit.setup.method,
         "weights": weights or "as kept",
         "weight_values": None,
         "thinned": len(thin.rows) < len(fit.scan),
     }
     if not weights:
-        largest = np.maximum(fit.weights.max(axis=0), 1e-300)
-        values["weight_values"] = packed((fit.weights / largest)[np.ix_(thin.rows, columns)], "f4")
+        largest = np.maximum(fit.setup.weights.max(axis=0), 1e-300)
+        values["weight_values"] = packed((fit.setup.weights / largest)[np.ix_(thin.rows, columns)], "f4")
     return values
 
 
@@ -202,7 +228,7 @@ def _named_weights(fit: Fit, name: str) -> str:
     for known in (name, *WEIGHTS):
         if known in WEIGHTS and not (known == "sigma" and fit.scan.sigma is None):
             made = weight_matrix(fit.scan, known)
-            if np.allclose(made, fit.weights, rtol=1e-9, atol=0.0):
+            if np.allclose(made, fit.setup.weights, rtol=1e-9, atol=0.0):
                 return known
     return ""
 

@@ -6,10 +6,23 @@ function makePanel(host, id, title, help, wide = false) {
   section.className = wide ? "panel wide" : "panel";
   section.setAttribute("aria-labelledby", `${id}-title`);
   section.innerHTML =
-    `<header><h2 id="${id}-title">${escapeText(title)}</h2><span class="save" role="group" aria-label="save ${escapeText(title)}"></span></header>` +
+    `<header><h2 id="${id}-title">${escapeText(title)}</h2><span class="save" role="group" aria-label="size and files of ${escapeText(title)}"></span></header>` +
     `<div class="figure"></div><p class="help">${escapeText(help)}</p>`;
   host.append(section);
   return { section, figure: section.querySelector(".figure"), help: section.querySelector(".help"), id };
+}
+
+// Larger and smaller, for a panel.
+function stepButtons(panel, what, act) {
+  for (const [sign, words] of [["−", "smaller"], ["+", "larger"]]) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = sign;
+    button.dataset.step = words;
+    button.setAttribute("aria-label", `${what} ${words}`);
+    button.addEventListener("click", () => act(sign === "+"));
+    panel.section.querySelector(".save").append(button);
+  }
 }
 
 function saveButton(panel, kind, make) {

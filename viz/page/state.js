@@ -1,6 +1,9 @@
 // What is shown: kept in the address after #, so that a page, a tab or a link keeps its own.
 
 const SCALES = ["linear", "log", "ratio"];
+// How much larger the lobe is drawn, and how many degrees the cut shows on either side of the cursor; 90 is all.
+const ZOOMS = [0.5, 50];
+const SPANS = [0.05, 90];
 const RESIDUALS = ["percent", "sigma"];
 
 function newState(subjects) {
@@ -22,6 +25,10 @@ function newState(subjects) {
     live: null,
     azimuth: -60,
     elevation: 22,
+    zoom: 1,
+    span: 90,
+    phiD: 90,
+    light: [-40, 35],
   };
 }
 
@@ -50,6 +57,10 @@ function writeState(state, subjects) {
   if (state.scale === "ratio") words.set("to", state.ratio);
   words.set("residual", state.residual);
   words.set("turn", `${Math.round(state.azimuth)},${Math.round(state.elevation)}`);
+  if (state.zoom !== 1) words.set("zoom", Number(state.zoom.toPrecision(4)));
+  if (state.span !== 90) words.set("span", Number(state.span.toPrecision(4)));
+  if (s.model) words.set("phi_d", state.phiD);
+  if (s.model) words.set("light", state.light.map((v) => Math.round(v)).join(","));
   if (state.hold) words.set("hold", state.hold.join(","));
   if (state.live) words.set("parameters", state.live.join(","));
   return words.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
@@ -76,6 +87,11 @@ function readState(text, state, subjects) {
     state.ratio = words.get("to");
   }
   if (RESIDUALS.includes(words.get("residual"))) state.residual = words.get("residual");
+  within("zoom", ...ZOOMS, (v) => (state.zoom = v));
+  within("span", ...SPANS, (v) => (state.span = v));
+  within("phi_d", 0, 180, (v) => (state.phiD = v));
+  const light = (words.get("light") || "").split(",").map(Number);
+  if (light.length === 2 && light.every((v) => Math.abs(v) <= 180)) state.light = [light[0], Math.max(-80, Math.min(80, light[1]))];
   const turn = (words.get("turn") || "").split(",").map(Number);
   if (turn.length === 2 && turn.every(Number.isFinite)) {
     state.azimuth = turn[0];

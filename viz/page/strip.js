@@ -20,7 +20,8 @@ function drawStrip(panel, view) {
   x.label = s.nm ? "nm" : "band";
   const plots = [];
   let area = null;
-  const small = (name, unit, values, sigmas, log, plain = true) => {
+  // The wide band is all of 1 sigma, the one within what differs from direction to direction.
+  const small = (name, unit, values, sigmas, log, plain = true, random = null) => {
     const ends = [...values];
     values.forEach((v, k) => {
       if (sigmas && Number.isFinite(sigmas[k]) && Math.abs(sigmas[k]) < 3 * Math.abs(v)) ends.push(v + sigmas[k], v - sigmas[k]);
@@ -29,6 +30,7 @@ function drawStrip(panel, view) {
     const plot = makePlot({ width, height: 13 * font, x, y, label: `${name} over wavelength` });
     plot.upright(columnPlace(s, state.column));
     if (sigmas) plot.band(values.map((v, k) => [columnPlace(s, k), v - sigmas[k], v + sigmas[k]]));
+    if (random) plot.band(values.map((v, k) => [columnPlace(s, k), v - random[k], v + random[k]]));
     plot.line(values.map((v, k) => [columnPlace(s, k), v]), "var(--accent)", "", 1.2);
     if (!plain || s.columns <= 120) {
       values.forEach((v, k) => {
@@ -45,7 +47,9 @@ function drawStrip(panel, view) {
     const values = column(fit.parameters, j);
     const positive = values.every((v) => !(v <= 0));
     const spread = positive && Math.max(...values.filter(Number.isFinite)) > 30 * Math.min(...values.filter(Number.isFinite));
-    small(p.name, p.unit, values, fit.given.includes(p.name) ? null : column(fit.sigma, j), spread);
+    const given = fit.given.includes(p.name);
+    const random = given || !fit.sigmaRandom ? null : column(fit.sigmaRandom, j);
+    small(p.name, p.unit, values, given ? null : column(fit.sigma, j), spread, true, random);
   });
   const E = Array.from(fit.E);
   small("E (13)", "", E, null, E.every((v) => !(v <= 0)) && Math.max(...E.filter(Number.isFinite)) > 30 * Math.min(...E.filter(Number.isFinite)));
@@ -60,11 +64,17 @@ function drawStrip(panel, view) {
 function stripTable(view) {
   const { s } = view;
   const names = [s.nm ? "wavelength_nm" : "band"];
-  for (const p of s.model.parameters) names.push(p.name, `${p.name}_sigma`);
+  for (const p of s.model.parameters) {
+    names.push(p.name, `${p.name}_sigma`);
+    if (s.fit.sigmaRandom) names.push(`${p.name}_sigma_random`);
+  }
   names.push("E", "sigma_r_percent", "status", "remark");
   const rows = s.labels.map((label, k) => {
     const row = [s.nm ? s.nm[k] : label];
-    for (let j = 0; j < s.size; j++) row.push(s.fit.parameters[k * s.size + j], s.fit.sigma[k * s.size + j]);
+    for (let j = 0; j < s.size; j++) {
+      row.push(s.fit.parameters[k * s.size + j], s.fit.sigma[k * s.size + j]);
+      if (s.fit.sigmaRandom) row.push(s.fit.sigmaRandom[k * s.size + j]);
+    }
     return [...row, s.fit.E[k], 100 * s.fit.sigmaR[k], s.fit.status[k], s.fit.remarks[s.fit.remark[k]]];
   });
   return { names, rows, remarks: view.remarks };

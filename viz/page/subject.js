@@ -57,6 +57,7 @@ function addFit(s, fit, functions) {
   const arrays = {
     parameters: unpack(fit.parameters),
     sigma: unpack(fit.sigma),
+    sigmaRandom: unpack(fit.sigma_random),
     correlation: unpack(fit.correlation),
     E: unpack(fit.E),
     sigmaR: unpack(fit.sigma_r),

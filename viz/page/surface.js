@@ -24,6 +24,14 @@ function makeSurface(functions, model) {
       return out;
     },
     value: (parameters) => functions.value(parameters),
+    // Derivatives to the parameters, as a function of direction that fills d.
+    slopes(parameters) {
+      const slopes = functions.slopes(parameters);
+      return (thetaI, phiI, thetaR, phi, d) => {
+        functions.features(anglesOf(thetaI, phiI, thetaR, phi, angles), x, 0);
+        return slopes(x, 0, d);
+      };
+    },
     // Standard uncertainty that follows from those of the parameters and their correlation. What has none (fixed,
     // or at a bound) counts as known; NaN where the data leave a parameter open.
     uncertainty(parameters, sigma, correlation) {
@@ -33,18 +41,23 @@ function makeSurface(functions, model) {
       return (thetaI, phiI, thetaR, phi) => {
         functions.features(anglesOf(thetaI, phiI, thetaR, phi, angles), x, 0);
         slopes(x, 0, d);
-        let variance = 0;
-        let place = 0;
-        for (let j = 0; j < size; j++) {
-          const one = Number.isNaN(sigma[j]) ? 0 : d[j] * sigma[j];
-          variance += one * one;
-          for (let k = j + 1; k < size; k++, place++) {
-            const r = correlation[place];
-            if (r && !Number.isNaN(sigma[k]) && one) variance += 2 * r * one * d[k] * sigma[k];
-          }
-        }
-        return variance >= 0 ? Math.sqrt(variance) : Number.isNaN(variance) ? NaN : 0;
+        return spreadOf(d, sigma, correlation);
       };
     },
   };
+}
+
+// Standard uncertainty of what changes by d_j when parameter j changes by one. What has none counts as known.
+function spreadOf(d, sigma, correlation) {
+  let variance = 0;
+  let place = 0;
+  for (let j = 0; j < d.length; j++) {
+    const one = Number.isNaN(sigma[j]) ? 0 : d[j] * sigma[j];
+    variance += one * one;
+    for (let k = j + 1; k < d.length; k++, place++) {
+      const r = correlation[place];
+      if (r && !Number.isNaN(sigma[k]) && one) variance += 2 * r * one * d[k] * sigma[k];
+    }
+  }
+  return variance >= 0 ? Math.sqrt(variance) : Number.isNaN(variance) ? NaN : 0;
 }

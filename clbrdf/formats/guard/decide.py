@@ -14,9 +14,11 @@ from clbrdf.formats.guard.options import Decision, Options
 from clbrdf.formats.guard.sample import Sample, make_sample
 from clbrdf.formats.guard.units import settle_angles, settle_spectrum
 from clbrdf.formats.reading import SCALES, Reading
+from clbrdf.formats.stated import stated_components
 from clbrdf.formats.vectors import from_specular
 from clbrdf.geometry import ANGLES
 from clbrdf.scan import Scan
+from clbrdf.scan.component import root_sum
 from clbrdf.scan.flags import FLAGS, flag_unusable
 
 Array = npt.NDArray[np.float64]
@@ -318,13 +320,14 @@ def _scan(
     decisions: list[Decision],
 ) -> Scan:
     """Return the scan; arrays that nothing changes are handed over as they are."""
-    values, sigma = reading.values, reading.sigma
+    values, sigma, common = reading.values, reading.sigma, reading.common
     if factor != 1.0 or divide:
         scale = np.full((len(values), 1), factor)
         if divide:
             scale /= np.abs(np.cos(np.deg2rad(reading.theta_r)))[:, None]
         values = values * scale
         sigma = None if sigma is None else sigma * scale
+        common = None if common is None else common * scale
     phi_r = reading.phi_r if forward == 180.0 else reading.phi_r + (180.0 - forward)
     flags = reading.flags
     if flags is None and np.isnan(values).any():
@@ -337,14 +340,23 @@ def _scan(
         provenance[f"read_{k}"] = note
     for k, decision in enumerate(decisions, 1):
         provenance[f"guard_{k}_{decision.name}"] = str(decision)
+    if common is not None:
+        common = common[:, columns]
+    brdf = values[:, columns] if not isinstance(columns, slice) else values
+    sigma = None if sigma is None else sigma[:, columns]
+    components = stated_components(brdf, sigma, common)
+    if components:
+        stated = np.isfinite(brdf) if sigma is None else np.isfinite(sigma)
+        sigma = np.where(stated, root_sum(components, np.nan_to_num(brdf)), np.nan)
     return Scan(
         reading.theta_i,
         reading.phi_i,
         reading.theta_r,
         phi_r,
         nm[columns],
-        values[:, columns] if not isinstance(columns, slice) else values,
-        sigma=None if sigma is None else sigma[:, columns],
+        brdf,
+        sigma=sigma,
+        components=components,
         flags=None if flags is None else flags[:, columns] if not isinstance(columns, slice) else flags,
         flag_names=reading.flag_names,
         sample=reading.sample,

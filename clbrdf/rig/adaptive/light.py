@@ -64,7 +64,7 @@ class Light:
         sources = self.budget.points
         counting = variance / (seconds * per_brdf) ** 2 if sources.counting else np.zeros_like(variance)
         reading = self.rig.reference.noise**2 * MEDIAN_OF_THREE / 2.0 if sources.reference else 0.0
-        relative = reading + self.budget.without_measured("point") ** 2
+        relative = reading + self.budget.remaining("point") ** 2
         total = np.sqrt(counting + relative * brdf**2 + (sources.angle * slopes) ** 2)
         # Zero would count as knowledge without end.
         return np.maximum(total, 1e-9 * np.abs(brdf).max()), seconds * scans

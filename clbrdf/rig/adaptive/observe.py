@@ -68,11 +68,11 @@ class StoredRows:
 
     def observe(self, row: Row) -> Observation:
         """Calibrate a point by itself."""
-        calibrated = calibrate(self._raw(row), self.budget)
-        scan = calibrated.scan
+        scan = calibrate(self._raw(row), self.budget)
         angles = np.array([scan.theta_i[0], scan.phi_i[0], scan.theta_r[0], scan.phi_r[0]])
         values = np.where(scan.mask[0], np.nan, scan.brdf[0])
-        return Observation(angles, scan.wavelength, values, calibrated.combined("point")[0])
+        sigma = np.zeros(values.shape) if scan.random_sigma is None else scan.random_sigma[0]
+        return Observation(angles, scan.wavelength, values, sigma)
 
     def light(self, row: Row, wavelength: Array) -> Light:
         """Take incident power and dark level of a point."""

@@ -1,4 +1,7 @@
-"""The instrument effects, one a file: what it does, its formula and source, its settings.
+"""The effects that only scenes know, one a file: what it does, its formula and source, its settings.
+
+Those that a fit can take out again stand in `clbrdf.instrument`: misalignment, beam, aperture, bandwidth and
+footprint.
 
 An effect that a scene does not ask for is not called, and nothing is allocated or built for it. In the
 order of the light's path:

@@ -1,0 +1,1 @@
+"""Many scans at once, on Dask: one task a block of wavelengths, one whole file a scan."""

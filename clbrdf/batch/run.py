@@ -1,0 +1,262 @@
+"""A batch from start to end: tasks handed out, results kept as they come, what fails told and left behind."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from clbrdf.batch.folder import Catalogue
+from clbrdf.batch.tasks import (
+    Done,
+    Look,
+    Part,
+    Source,
+    UnfitWorkerError,
+    UnseenError,
+    finish,
+    look,
+    solve_block,
+)
+from clbrdf.errors import ClbrdfError, InputError
+from clbrdf.progress import Report, silent
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+AHEAD = 4
+"""Tasks a worker that wait for it, so that none is idle while the client decides what comes next."""
+
+ATTEMPTS = 8
+"""Workers without a device that a task may meet before it is given up."""
+
+
+@dataclass
+class _Scan:
+    """A scan on its way."""
+
+    source: Source
+    data: Any = None  # a future of its bytes, once a worker did not see the file
+    found: Look | None = None
+    parts: dict[int, Part] = field(default_factory=dict)
+    attempts: int = 0
+    is_over: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a batch.
+
+    Attributes
+    ----------
+    fitted, kept : int
+        Scans that were fitted, and that were done before.
+    failed : mapping of str to str
+        Why, by the path of the scan.
+    wavelengths : Counter
+        Of the scans that were fitted, by status.
+    sent : int
+        Bytes of scans that workers did not see.
+    tasks : int
+    """
+
+    fitted: int
+    kept: int
+    failed: dict[str, str]
+    wavelengths: Counter[str]
+    sent: int
+    tasks: int
+
+
+@dataclass
+class _Batch:
+    client: Client
+    catalogue: Catalogue
+    workers: int
+    tell: Callable[[str], object]
+    bad: dict[str, str]
+    queue: Any
+    under_way: dict[Future, tuple[_Scan, str, int]] = field(default_factory=dict)
+    sending: bool = False
+    fitted: int = 0
+    kept: int = 0
+    failed: dict[str, str] = field(default_factory=dict)
+    wavelengths: Counter[str] = field(default_factory=Counter)
+    sent: int = 0
+    tasks: int = 0
+
+    def submit(self, scan: _Scan, kind: str, place: int = 0) -> None:
+        """Hand a task to the cluster: "look", "solve" or "finish"."""
+        request, digest = self.catalogue.request, "" if scan.found is None else scan.found.sha256
+        base = (scan.source, scan.data, request)
+        if kind == "look":
+            words: tuple[Any, ...] = (look, *base)
+        elif kind == "solve":
+            words = (solve_block, *base, digest, place)
+        else:
+            parts = [scan.parts[k] for k in sorted(scan.parts)]
+            words = (finish, *base, digest, parts, str(self.catalogue.folder.absolute()))
+        # Scans that are begun come before new ones, so that files appear and memory stays bounded.
+        priority = {"look": 0, "solve": 1, "finish": 2}[kind]
+        where = {}
+        if self.bad:
+            able = [
+                address
+                for address in self.client.scheduler_info(n_workers=-1)["workers"]
+                if address not in self.bad
+            ]
+            where = {"workers": able, "allow_other_workers": True}
+        future = self.client.submit(*words, pure=False, priority=priority, **where)
+        self.under_way[future] = (scan, kind, place)
+        self.tasks += 1
+        self.queue.add(future)
+
+    def take(self, future: Future) -> None:
+        """Go on with a scan whose task has ended."""
+        scan, kind, place = self.under_way.pop(future)
+        if scan.is_over:
+            return
+        error = None
+        if future.status == "finished":
+            result = future.result()
+        else:
+            error = future.exception() if future.status == "error" else None
+            if error is None:
+                raise _lost(self.client)
+        if error is None:
+            self.go_on(scan, kind, place, result)
+        elif isinstance(error, UnseenError) and scan.data is None:
+            self.send(scan, kind, place)
+        elif isinstance(error, UnfitWorkerError) and scan.attempts < ATTEMPTS:
+            address, reason = error.args
+            if address not in self.bad:
+                self.bad[address] = reason
+                self.tell(f"worker {address} is left out: {reason}")
+            scan.attempts += 1
+            self.submit(scan, kind, place)
+        else:
+            self.fail(scan, _words(error))
+
+    def go_on(self, scan: _Scan, kind: str, place: int, result: Any) -> None:
+        """Hand out what comes after a task that went well."""
+        if kind == "look":
+            scan.found = result
+            if self.catalogue.is_done(scan.source, result.sha256):
+                self.kept += 1
+                scan.is_over = True
+                return
+            for k in range(result.blocks):
+                self.submit(scan, "solve", k)
+            if result.blocks == 0:
+                self.submit(scan, "finish")
+        elif kind == "solve":
+            assert scan.found is not None
+            scan.parts[place] = result
+            if len(scan.parts) == scan.found.blocks:
+                self.submit(scan, "finish")
+        else:
+            self.keep(scan, result)
+
+    def keep(self, scan: _Scan, done: Done) -> None:
+        try:
+            self.catalogue.keep(scan.source, done)
+        except InputError as error:
+            self.fail(scan, str(error))
+            return
+        scan.is_over = True
+        scan.data = None
+        self.fitted += 1
+        self.wavelengths.update(str(word) for word in done.rows.columns["status"])
+
+    def send(self, scan: _Scan, kind: str, place: int) -> None:
+        """Send a file to the workers, once, and try again."""
+        self.sending = True
+        try:
+            content = scan.source.file.read_bytes()
+        except FileNotFoundError:
+            self.fail(scan, f"{scan.source.path}: no such file")
+            return
+        except OSError as error:
+            self.fail(scan, f"{scan.source.path}: cannot be read ({error.strerror})")
+            return
+        self.sent += len(content)
+        scan.data = self.client.scatter(content, hash=False)
+        self.submit(scan, kind, place)
+
+    def fail(self, scan: _Scan, reason: str) -> None:
+        scan.is_over = True
+        scan.data = None
+        self.failed[scan.source.path] = reason
+        self.tell(reason if scan.source.path in reason else f"{scan.source.path}: {reason}")
+
+
+def run_batch(
+    client: Client,
+    sources: Sequence[Source],
+    catalogue: Catalogue,
+    workers: int,
+    *,
+    bad: dict[str, str] | None = None,
+    report: Report = silent,
+    tell: Callable[[str], object] = str,
+) -> Outcome:
+    """Fit every scan that is not done, and write the index.
+
+    Parameters
+    ----------
+    workers : int
+        How many there are about; as many tasks as keep them busy are under way.
+    bad : dict of str to str, optional
+        Workers that are known not to be able to take part, and why.
+    report : callable
+        Called with (scans that are over, scans in all).
+    tell : callable
+        Called with a line on every scan and worker that fails, at once.
+
+    Raises
+    ------
+    ClbrdfError
+        The scheduler has gone.
+    """
+    from distributed import as_completed
+
+    batch = _Batch(client, catalogue, workers, tell, dict(bad or {}), as_completed())
+    waiting = deque(_Scan(source) for source in sources)
+    report(0, len(sources))
+    while waiting or batch.under_way:
+        while waiting and len(batch.under_way) < AHEAD * max(1, workers):
+            scan = waiting.popleft()
+            if batch.sending:
+                batch.send(scan, "look", 0)
+            else:
+                batch.submit(scan, "look")
+        if not batch.under_way:
+            continue
+        try:
+            batch.take(next(batch.queue))
+        except (OSError, StopIteration) as error:
+            raise _lost(client) from error
+        report(batch.fitted + batch.kept + len(batch.failed), len(sources))
+    catalogue.write_index()
+    return Outcome(batch.fitted, batch.kept, batch.failed, batch.wavelengths, batch.sent, batch.tasks)
+
+
+def _lost(client: Client) -> ClbrdfError:
+    address = getattr(client.scheduler, "address", "")
+    return ClbrdfError(
+        f"the scheduler {address} has gone; scans that are finished are kept: start it again and add --resume"
+    )
+
+
+def _words(error: BaseException) -> str:
+    """Return what a user is told of a task that failed."""
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        return "each worker that took it was lost; it may need more memory than a worker has"
+    if isinstance(error, ClbrdfError | UnseenError):
+        return str(error)
+    if isinstance(error, UnfitWorkerError):
+        return f"no worker can take it; {error.args[0]}: {error.args[1]}"
+    return f"cannot be fitted ({type(error).__name__}: {' '.join(str(error).split())})"

@@ -1,0 +1,42 @@
+"""Immutable records: they pickle and copy by their fields, and print in one short line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+
+class Record:
+    """Base of a frozen dataclass whose arrays and mappings nobody can write.
+
+    A copy is made by the constructor, so that it is as checked and as immutable as what it was made from.
+    """
+
+    def __post_init__(self) -> None:
+        for row in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, row.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            elif isinstance(value, Mapping):
+                object.__setattr__(self, row.name, frozen_map(value))
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        values = {row.name: getattr(self, row.name) for row in fields(self)}  # type: ignore[arg-type]
+        plain = {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()}
+        return _made, (type(self), plain)
+
+
+def _made(kind: type[Any], values: dict[str, Any]) -> Any:
+    return kind(**values)
+
+
+def frozen_map(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a read-only copy of a mapping; arrays in it become read-only, too."""
+    for value in values.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    return MappingProxyType(dict(values))
