@@ -6,7 +6,6 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from operator import index
 from pathlib import Path
 from typing import Any, SupportsIndex, cast
 
