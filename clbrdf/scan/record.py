@@ -13,6 +13,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
 from clbrdf.records import Record, frozen_map, html_table, span_words
+from clbrdf.scan.average import averaged
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, root_sum
 from clbrdf.scan.component_storage import write_components
@@ -389,6 +390,25 @@ class Scan(Record):
         """How many directions repeat an earlier one exactly (drift checks, repeats)."""
         numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
         return len(numbers) - int(numbers.max()) - 1
+
+    def averaged(self) -> Scan:
+        """Return the scan with repeats of a direction as one: means of what is not masked.
+
+        Weights of the mean are 1/σ² where all repeats of a value have a σ above 0, else equal. σ of the mean
+        follows from those of the repeats, taken as independent; it does not follow from their scatter.
+        Where all repeats are masked, the flags of the first stay. Solid angles are means.
+
+        Raises
+        ------
+        InputError
+            The scan has components of uncertainty, which the mean of repeats would mix.
+        """
+        if self.components:
+            raise InputError("a mean of repeats would mix the components of the uncertainty; leave them out")
+        numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
+        if numbers.max() + 1 == len(numbers):
+            return self
+        return replace(self, **averaged(self, numbers))
 
     def rotations(self) -> Array:
         """Return the incident azimuths, degrees, where some θi, θr, φ was measured at several; else none.
