@@ -167,7 +167,7 @@ class _Batch:
         scan.is_over = True
         scan.data = None
         self.fitted += 1
-        self.wavelengths.update(str(word) for word in done.rows.columns["status"])
+        self.wavelengths.update(done.statuses)
 
     def send(self, scan: _Scan, kind: str, place: int) -> None:
         """Send a file to the workers, once, and try again."""

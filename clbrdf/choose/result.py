@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +17,7 @@ from clbrdf.fit.result import Fit
 from clbrdf.geometry import read_only
 from clbrdf.models import get_model
 from clbrdf.observation import ForwardModel
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 
@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Ranked:
+class Ranked(Record):
     """One model of a ranking.
 
     Attributes
@@ -85,12 +85,11 @@ class Ranked:
     def __post_init__(self) -> None:
         read_only(self.score)
         read_only(self.mean_residual)
-        values = {name: read_only(np.asarray(column)) for name, column in self.parameters.items()}
-        object.__setattr__(self, "parameters", MappingProxyType(values))
+        object.__setattr__(self, "parameters", frozen_map(self.parameters))
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class Choice(Record):
     """Which model describes a scan; immutable.
 
     Attributes
@@ -131,6 +130,18 @@ class Choice:
             object.__setattr__(self, name, tuple(getattr(self, name)))
         read_only(self.theta_i)
         read_only(self.places)
+
+    def __repr__(self) -> str:
+        verdict = "" if self.fits else ", and no model fits"
+        sample = self.fit.scan.sample or "a sample"
+        return f"<Choice of {self.chosen} among {len(self.ranking)} models for {sample}{verdict}>"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"{row.model}{' (chosen)' if row.model == self.chosen else ''}": f"{100 * row.predicted:.3g} %"
+            for row in self.ranking
+        }
+        return html_table("deviation of what was predicted, by model", rows)
 
     @property
     def fits(self) -> bool:

@@ -12,7 +12,17 @@ from cyclopts import Parameter
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.instrument import told_instrument
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed, fixed_map, name_list, pair_map
+from clbrdf.cli.options import (
+    CsvFile,
+    DeviceName,
+    JsonFile,
+    Output,
+    Overwrite,
+    Seed,
+    fixed_map,
+    name_list,
+    pair_map,
+)
 from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
@@ -53,6 +63,7 @@ def command(
     levels: int | None = None,
     device: DeviceName = None,
     json: JsonFile = None,
+    csv: CsvFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
     check: Annotated[bool, Parameter(negative="")] = False,
     check_wavelengths: str | None = None,
@@ -115,10 +126,11 @@ def command(
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
     behind = told_instrument(through, point)
     instrument = [] if through is None else [through]
-    check_apart([output, json], [scan, *spectra, *instrument])
+    check_apart([output, json, csv], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
-    if json is not None:
-        check_output(json, overwrite)
+    for extra in (json, csv):
+        if extra is not None:
+            check_output(extra, overwrite)
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
@@ -166,6 +178,8 @@ def command(
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
+    if csv is not None:
+        result.to_csv(csv, overwrite)
     print_fit(str(target), result, all_rows)
     verdicts = run_check(result, checked)
     if json is not None:

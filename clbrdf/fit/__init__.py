@@ -6,13 +6,14 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
+from operator import index
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
@@ -37,7 +38,7 @@ from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_thro
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.objective import weight_matrix
+from clbrdf.objective import unweighted, weight_matrix
 from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
@@ -69,7 +70,7 @@ def fit(
     scan: Scan,
     *,
     method: str = "auto",
-    seed: int = 0,
+    seed: SupportsIndex = 0,
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
@@ -162,8 +163,7 @@ def fit(
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
     scan, weights, left_out = _reflection(scan, weights)
-    if not isinstance(seed, int) or not 0 <= seed < 2**64:
-        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    whole = _whole_seed(seed)
     if smooth is not None and scan.bands:
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
     _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
@@ -193,7 +193,11 @@ def fit(
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         if not scan.mask.all():
-            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+            counts = ", ".join(f"{count} {reason}" for reason, count in unweighted(scan, g).items())
+            raise InputError(
+                f"nothing to fit: no value has a weight ({counts}); give uncertainties above 0, or other"
+                " weights"
+            )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     _check_range(scan, g)
     behind = instrument_behind(scan, through, smooth is not None)
@@ -207,20 +211,20 @@ def fit(
     if rtol is not None:
         sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
         problem = problem_of(sample)
-        rungs = choose_settings(problem, way, seed, rtol)
+        rungs = choose_settings(problem, way, whole, rtol)
         rules = rungs[0].settings
     if in_common:
         places = tuple(chosen.names.index(name) for name in in_common)
         norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
-        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
+        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, whole, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
         if executor is None:
             parts = []
             for k, block in enumerate(blocks):
-                parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+                parts.append(solve(problem_of(block), way, rules, whole, _part_of(report, k, len(blocks))))
         else:
-            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
+            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, whole))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
     solution, tied, slit = joined(parts), None, None
     if behind is not None:
@@ -253,7 +257,7 @@ def fit(
         rtol=rtol,
         left_out=left_out,
         method=way.name,
-        seed=seed,
+        seed=whole,
     )
     estimate, goodness, status = assemble(scan, layout, seen_problem, setup, solution, where, tied, slit)
     drawn = None
@@ -266,7 +270,7 @@ def fit(
             estimate.sigma[fitted],
             limits,
             monte_carlo,
-            seed,
+            whole,
             report,
         ).placed(fitted, len(scan.wavelength))
     if profile:
@@ -284,6 +288,17 @@ def fit(
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
+
+
+def _whole_seed(seed: SupportsIndex) -> int:
+    """Return a seed as an int, also one of NumPy; raise InputError where it is none, or too large."""
+    try:
+        whole = index(seed)
+    except TypeError:
+        whole = -1
+    if not 0 <= whole < 2**64:
+        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    return whole
 
 
 def _search_of(
@@ -353,8 +368,8 @@ def given_parameters(
         told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
         first = missing[0].name
         raise InputError(
-            f"model {model.name} needs {told}; fix each: fix={{{first!r}: ...}}, or --fix {first}=VALUE or"
-            f" {first}=FILE.csv on the command line"
+            f"model {model.name} needs {told}; fix each: "
+            + advice(f"fix={{{first!r}: ...}}", f"--fix {first}=VALUE or --fix {first}=FILE.csv")
         )
     for row in model.parameters:
         if row.given == "wavelength" and row.name not in fix:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -15,21 +16,25 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
 from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.frame import to_dataframe, to_xarray, write_csv
 from clbrdf.fit.goodness import misfit
 from clbrdf.fit.montecarlo import MonteCarlo
+from clbrdf.fit.predict import standard_uncertainty
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
-from clbrdf.fit.tables import report
+from clbrdf.fit.tables import report, summary_rows
 from clbrdf.fit.through import Through
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
 from clbrdf.observation import ForwardModel, Observation
-from clbrdf.records import Record, frozen_map
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py
+    import pandas as pd
+    import xarray as xr
 
 Array = npt.NDArray[np.float64]
 
@@ -200,6 +205,52 @@ class Fit(Record):
         """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
         return np.where(self.setup.weights > 0.0, self.scan.brdf - self.observed(), np.nan)
 
+    def predict(
+        self, directions: Directions | None = None, return_std: bool = False
+    ) -> Array | tuple[Array, Array]:
+        """Return the fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where not fitted.
+
+        The surface's own, as `evaluate`. With `return_std` also its standard uncertainty, (N, W), from the
+        uncertainties of the parameters and their correlations: parameters that are fixed, or at a limit,
+        count as exact, and it is infinite where the data cannot tell a parameter that counts. That the model
+        may not describe the data is not in it (`misfit`).
+        """
+        where = self.scan.directions if directions is None else directions
+        seen = ForwardModel(self.model, self.model.features(where))
+        values: Array = seen.brdf(self.vector[:, None, :]).T
+        return (values, standard_uncertainty(seen, self.estimate)) if return_std else values
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a table of pandas, one row a wavelength; needs the extra clbrdf[table]."""
+        return to_dataframe(self)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return scan and fit as a dataset of xarray; needs the extra clbrdf[table]."""
+        return to_xarray(self)
+
+    def to_csv(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write the columns of `to_dataframe` as CSV, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file exists and `overwrite` is False, or it cannot be written.
+        """
+        write_csv(self, path, overwrite)
+
+    def __repr__(self) -> str:
+        return f"<Fit of {self.model.name} to {self.scan.sample or 'a sample'}: {self._told()}>"
+
+    def _told(self) -> str:
+        w = len(self.wavelength)
+        statuses = Counter(str(status) for status in self.status)
+        counts = ", ".join(f"{count} {status}" for status, count in statuses.most_common())
+        poor = int(self.misfit.sum())
+        return f"{w} wavelength{'s' * (w != 1)}, {counts}{f', {poor} misfit' if poor else ''}"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"Fit of {self.model.name}", dict(summary_rows(self)))
+
     def evaluate(self, directions: Directions | None = None) -> Array:
         """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
 
@@ -218,20 +269,33 @@ class Fit(Record):
 
     def observed(self) -> Array:
         """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
-        return self.evaluate() if self.through is None else self._seen(self.observation)
+        if self.through is None:
+            return self.evaluate()
+        return self._mixed(ForwardModel.of(self.model, self.observation))
 
-    def predict_seen(self, scan: Scan) -> Array:
-        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+    def predict_seen(self, where: Scan | Directions) -> Array:
+        """Fitted values as the same instrument sees them in other directions, (N, W), 1/sr.
+
+        Of a scan, with the aperture that it tells of, if this fit took that of its own.
+        """
+        if self.through is None:
+            return self.evaluate(where.directions if isinstance(where, Scan) else where)
+        return self._mixed(self.forward(where))
+
+    def forward(self, where: Scan | Directions) -> ForwardModel:
+        """Return the model as the same instrument sees it in other directions, N.
 
         Its cones get as many nodes everywhere as they got where this fit needed most.
         """
+        directions = where.directions if isinstance(where, Scan) else where
         if self.through is None:
-            return self.evaluate(scan.directions)
-        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+            return ForwardModel(self.model, self.model.features(directions))
+        return ForwardModel.of(self.model, self.through.elsewhere(where).observation(directions))
 
-    def _seen(self, observation: Observation) -> Array:
+    def _mixed(self, seen: ForwardModel) -> Array:
+        """Values (N, W), mixed over wavelengths where a slit does so."""
         assert self.through is not None
-        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        out: Array = seen.brdf(self.vector[:, None, :]).T
         fitted = self.setup.fitted
         slit = self.through.slit(self.wavelength[fitted])
         if slit is not None:

@@ -54,6 +54,9 @@ SETUP = ("weights", "bounds")
 MASKS = ("at_bound", "undetermined")
 """Of the estimate, (W, P) as 0 and 1; files before version 0.2 do not hold them."""
 
+ENDS = ("lower", "upper")
+"""Of the profile-likelihood intervals, beside each parameter where there are any."""
+
 SCHEMA = (
     *(Item(name, ("W",)) for name in ("objective", "relative_rms")),
     Item("relative_rms_by_incident_angle", ("I", "W")),
@@ -106,7 +109,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
         if estimate.lower is not None and estimate.upper is not None:
-            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
+            for name, ends in zip(ENDS, (estimate.lower, estimate.upper), strict=True):
                 meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
                 hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
@@ -166,6 +169,11 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         for row in model.parameters
         for end in ("", "_errors")
     ]
+    rows += [
+        Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit), required=False)
+        for row in model.parameters
+        for end in ENDS
+    ]
     values = read_items(data, rows, lengths)
     vector = np.stack([values[_key(name)] for name in model.names], axis=1)
     sigma = np.stack([values[f"{_key(name)}_errors"] for name in model.names], axis=1)
@@ -182,7 +190,7 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "scan": scan,
         "model": model,
         "setup": setup,
-        "estimate": _with_intervals(data, model, estimate),
+        "estimate": _with_intervals(values, model, estimate),
         "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
@@ -316,23 +324,12 @@ def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
     )
 
 
-def _with_intervals(data: h5py.Group, model: Model, estimate: Estimate) -> Estimate:
+def _with_intervals(values: Mapping[str, Array], model: Model, estimate: Estimate) -> Estimate:
     """Add the profile-likelihood intervals, where the file holds them."""
-    names = [f"{_key(name)}_{end}" for end in ("lower", "upper") for name in model.names]
-    if not all(name in data for name in names):
+    names = [[f"{_key(name)}_{end}" for name in model.names] for end in ENDS]
+    if not all(name in values for row in names for name in row):
         return estimate
-    found = read_items(
-        data,
-        [
-            Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit))
-            for row in model.parameters
-            for end in ("lower", "upper")
-        ],
-        {"W": len(estimate.vector)},
-    )
-    lower, upper = (
-        np.stack([found[f"{_key(name)}_{end}"] for name in model.names], axis=1) for end in ("lower", "upper")
-    )
+    lower, upper = (np.stack([values[name] for name in row], axis=1) for row in names)
     return replace(estimate, lower=lower, upper=upper)
 
 
