@@ -137,5 +137,5 @@ def test_values_without_a_weight_are_counted_by_reason(small_scan):
 
 def test_a_fit_without_any_weight_says_why(small_scan):
     scan = replace(small_scan, sigma=np.where(small_scan.theta_r[:, None] > 40.0, np.nan, 0.0) * np.ones(3))
-    with pytest.raises(InputError, match=r"72 without an uncertainty, 72 with an uncertainty of 0\); give"):
+    with pytest.raises(InputError, match=r"63 without an uncertainty, 81 with an uncertainty of 0\); give"):
         clbrdf.fit(scan, weights="sigma")

@@ -19,6 +19,8 @@ from clbrdf.cli.options import (
     Output,
     Overwrite,
     Seed,
+    at_wavelengths,
+    fix_words,
     fixed_map,
     name_list,
     pair_map,
@@ -28,7 +30,6 @@ from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
-from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -58,6 +59,7 @@ def command(
     point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: Annotated[bool, Parameter(negative="")] = False,
     profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
@@ -108,6 +110,9 @@ def command(
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    gls
+        let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
+        takes the model for exact
     profile
         find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
@@ -134,6 +139,10 @@ def command(
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    if checked != NO_CHECK and gls:
+        raise InputError(
+            "--check searches the optimum of E (13), and --gls minimises another sum; leave one out"
+        )
     chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
@@ -144,15 +153,13 @@ def command(
             weights=weights if weights in WEIGHTS else read_weights(Path(weights), measured),
             bounds=pair_map(bounds),
             model=chosen,
-            fix={
-                name: read_spectrum(value, measured.wavelength) if isinstance(value, Path) else value
-                for name, value in fixed.items()
-            },
+            fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
             through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            gls=gls,
             profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
@@ -164,7 +171,7 @@ def command(
         weights=weights,
         bounds=bounds,
         model=model,
-        fix=[f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()],
+        fix=fix_words(fixed),
         shared=shared,
         smooth=smooth,
         rtol=rtol,
