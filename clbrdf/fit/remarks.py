@@ -102,7 +102,7 @@ Remarks = tuple[Remark, ...]
 def remarks_of(fit: Fit) -> tuple[Remarks, ...]:
     """Return the remarks on each of the W wavelengths of a fit."""
     model, estimate, used = fit.model, fit.estimate, fit.setup.weights > 0.0
-    seen = ForwardModel(model, model.features(fit.scan.directions))
+    seen = ForwardModel.of(model, fit.observation)
     free = len(model.names) - len(fit.setup.fixed)
     about_goodness, about_values = _about_goodness(fit), _about_values(fit)
 
