@@ -16,7 +16,7 @@ from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan.average import averaged
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, random_part, root_sum
-from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.scan.flags import FLAGS, check_flag_names, counted, flag_unusable
 from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
@@ -259,11 +259,7 @@ class Scan(Record):
     def flag_counts(self) -> dict[str, int]:
         """How many values carry each reason, those that occur."""
         assert self.flags is not None
-        counts = {
-            name: int(np.count_nonzero(self.flags & np.uint32(1 << k)))
-            for k, name in enumerate(self.flag_names)
-        }
-        return {name: count for name, count in counts.items() if count}
+        return counted(self.flags, self.flag_names)
 
     def at(self, wavelengths: npt.ArrayLike) -> Scan:
         """Return the scan at the measured wavelengths nearest to those given, nm.
