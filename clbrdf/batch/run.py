@@ -150,10 +150,10 @@ class _Batch:
             time.sleep(0.01)
             if time.monotonic() - looked > BETWEEN_LOOKS:
                 there = set(self.able())
-                for future, task in list(self.under_way.items()):
+                for lost, task in list(self.under_way.items()):
                     if task.workers and not task.workers & there:
-                        del self.under_way[future]
-                        future.release()
+                        del self.under_way[lost]
+                        lost.release()
                         self.submit(task.scan, task.kind, task.place)
                 looked = time.monotonic()
         future: Future = next(self.queue)
