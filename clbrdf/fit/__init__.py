@@ -6,14 +6,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from operator import index
 from pathlib import Path
 from typing import Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError, advice
+from clbrdf.errors import InputError
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
