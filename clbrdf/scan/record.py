@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
-from clbrdf.records import Record, frozen_map, html_table, span_words
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, root_sum
 from clbrdf.scan.component_storage import write_components
@@ -20,8 +20,9 @@ from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
 from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
-from clbrdf.scan.select import places_of
+from clbrdf.scan.select import Index, picked, selected
 from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
+from clbrdf.scan.told import main_rows, one_line
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = npt.NDArray[np.float64]
-
-Index = slice | Sequence[int] | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
 
 POLARISATION = ("unknown", "unpolarised", "s", "p")
 """Of the light that comes in, or of what is detected: s has its field normal to the plane of incidence."""
@@ -149,27 +148,10 @@ class Scan(Record):
         return len(self.theta_i)
 
     def __repr__(self) -> str:
-        n, w = self.brdf.shape
-        columns = ", ".join(self.bands) if self.bands else span_words(self.wavelength, "nm")
-        kind = "bands" if self.bands else "wavelength" + "s" * (w != 1)
-        masked = int(self.mask.sum())
-        told = f", {masked} values masked" if masked else ""
-        return f"<Scan of {self.sample or 'a sample'}: {n} directions, {w} {kind} ({columns}){told}>"
+        return one_line(self)
 
     def _repr_html_(self) -> str:
-        rows = {
-            "sample": self.sample or "–",
-            "instrument": self.instrument or "–",
-            "directions": str(len(self)),
-            "incident zeniths": span_words(self.incident_angles, "°"),
-            "view zeniths": span_words(self.theta_r, "°"),
-            "bands" if self.bands else "wavelengths": ", ".join(self.bands)
-            if self.bands
-            else f"{len(self.wavelength)}, {span_words(self.wavelength, 'nm')}",
-            "uncertainties": "none" if self.sigma is None else f"{np.isfinite(self.sigma).sum()} values",
-            "masked": f"{int(self.mask.sum())} of {self.brdf.size} values",
-        }
-        return html_table("Scan", rows)
+        return html_table("Scan", main_rows(self))
 
     def __getitem__(self, index: Index | tuple[Index, Index]) -> Scan:
         """Return the scan in some directions, and with a second index at some wavelengths.
@@ -182,18 +164,7 @@ class Scan(Record):
         >>> scan[scan.theta_i > 35.0, :1].brdf
         array([[0.5]])
         """
-        rows, columns = index if isinstance(index, tuple) else (index, slice(None))
-        out = self
-        for what, one, count in (("rows", rows, len(self)), ("columns", columns, len(self.wavelength))):
-            places = np.arange(count)
-            try:
-                chosen = np.atleast_1d(places[one])
-            except IndexError as error:
-                name = "directions" if what == "rows" else "wavelengths"
-                raise InputError(f"the scan has {count} {name}, and {error}") from None
-            if chosen.shape != places.shape or (chosen != places).any():
-                out = getattr(out, what)(chosen)
-        return out
+        return selected(self, index)
 
     def sel(
         self,
@@ -214,18 +185,8 @@ class Scan(Record):
         InputError
             Nothing is left, or wavelengths are asked of a scan of bands.
         """
-        places = np.arange(len(self))
         asked = {"theta_i": theta_i, "phi_i": phi_i, "theta_r": theta_r, "phi": phi}
-        for name, wanted in asked.items():
-            if wanted is not None:
-                values = getattr(self, name)[places]
-                places = places[places_of(name, values, wanted, nearest=False)]
-        out = self[places]
-        if wavelength is None:
-            return out
-        if self.bands:
-            raise InputError(f"the scan has the bands {', '.join(self.bands)} and no wavelengths")
-        return out.columns(places_of("wavelength", self.wavelength, wavelength, nearest=True))
+        return picked(self, asked, wavelength)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a table of pandas, one row a value; needs the extra clbrdf[table]."""
