@@ -32,7 +32,7 @@ Run = Callable[[], object]
 ROUNDS = 15
 CEILING_COUNT = 4096
 MODEL_SETS = 32768
-"""Parameter sets of the workload where models are compared: a run is longer than what it takes to launch it."""
+"""Parameter sets of the workload where models are compared; so many that the launch does not count."""
 
 
 @dataclass(frozen=True)
