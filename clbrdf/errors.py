@@ -4,6 +4,25 @@ Each message is one line that names the file or argument, the place in it, and t
 line prints it without a traceback and exits with status 2.
 """
 
+from __future__ import annotations
+
+from contextvars import ContextVar
+
+ON_COMMAND_LINE: ContextVar[bool] = ContextVar("on_command_line", default=False)
+"""Whether whoever reads a message gave a command; set by `clbrdf.cli.main` alone."""
+
+
+def advice(python: str, command: str) -> str:
+    """Return the mend in the words of those who read it: an argument in Python, an option of a command."""
+    return command if ON_COMMAND_LINE.get() else python
+
+
+def settled(argument: str, option: str, *values: object) -> str:
+    """Return how each of some values is given: an argument in Python, an option of a command."""
+    each = [advice(f"{argument}={value!r}", f"{option} {value}") for value in values]
+    return " or ".join(each)
+
+
 LONGEST = 900
 """Characters of a message; what a file quotes of itself may be of any length."""
 

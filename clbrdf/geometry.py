@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.records import Record, span_words
 
 Array = npt.NDArray[np.float64]
 Real = npt.NDArray[Any]
@@ -33,7 +34,7 @@ REFLECTION, TRANSMISSION = "reflection", "transmission"
 
 
 @dataclass(frozen=True, eq=False)
-class Directions:
+class Directions(Record):
     """N pairs of an incident and a view direction; immutable.
 
     Azimuths are counted from a mark on the sample. What depends on φ = φr − φi alone is isotropic; that is a
@@ -117,6 +118,12 @@ class Directions:
 
     def __len__(self) -> int:
         return len(self.theta_i)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return "<0 directions>"
+        zeniths = f"θi {span_words(self.theta_i, '°')}, θr {span_words(self.theta_r, '°')}"
+        return f"<{len(self)} directions: {zeniths}, φ {span_words(self.phi, '°')}>"
 
     def __getitem__(self, index: slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Directions:
         return Directions(*(getattr(self, name)[index] for name in ANGLES))

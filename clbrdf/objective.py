@@ -69,6 +69,29 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     return np.where(usable, per_direction[:, None], 0.0)
 
 
+def unweighted(scan: Scan, weights: Array) -> dict[str, int]:
+    """How many values are not masked and have no weight all the same, by reason; those that occur.
+
+    Parameters
+    ----------
+    weights : (N, W) float64
+        From `weight_matrix`.
+    """
+    without = ~scan.mask & (weights <= 0.0)
+    sigma = np.ones(scan.brdf.shape) if scan.sigma is None else scan.sigma
+    reasons = {
+        "without an uncertainty": np.isnan(sigma),
+        "with an uncertainty of 0": sigma == 0.0,
+        "at or below 0": scan.brdf <= 0.0,
+    }
+    counts, left = {}, without
+    for reason, holds in reasons.items():
+        counts[reason] = int(np.count_nonzero(left & holds))
+        left = left & ~holds
+    counts["of weight 0"] = int(np.count_nonzero(left))
+    return {reason: count for reason, count in counts.items() if count}
+
+
 def _inverse_squares(values: Array, where: npt.NDArray[np.bool_], out: Array) -> None:
     """Write 1 / values² into out where asked."""
     for part in _parts(out):

@@ -183,8 +183,14 @@ def _folded(features: Array, owner: Places, weight: Array) -> tuple[Places, Arra
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.where(features == 0.0, 1.0, 10.0 ** np.floor(np.log10(np.abs(features))))
     rounded = np.round(features / size, DIGITS) * size
-    keys = np.column_stack([owner, rounded])
-    _, kept, image = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    total = np.bincount(image.ravel(), weight, minlength=len(kept)).astype(np.float64)
+    # Equal rows have equal sums with weights of no relation; rows of one sum are then compared.
+    sums = rounded @ np.sqrt(np.arange(2.0, 2.0 + features.shape[1]))
+    order = np.lexsort((sums, owner))
+    new = np.ones(len(order), dtype=np.bool_)
+    new[1:] = (owner[order[1:]] != owner[order[:-1]]) | (rounded[order[1:]] != rounded[order[:-1]]).any(
+        axis=1
+    )
+    kept = order[new]
+    total = np.bincount(np.cumsum(new) - 1, weight[order]).astype(np.float64)
     order = np.argsort(kept)
     return kept[order], total[order]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from html import escape
 from types import MappingProxyType
 from typing import Any
 
@@ -32,6 +33,23 @@ class Record:
 
 def _made(kind: type[Any], values: dict[str, Any]) -> Any:
     return kind(**values)
+
+
+def span_words(values: np.ndarray[Any, Any], unit: str) -> str:
+    """Return the range of some numbers, or the only one, with its unit."""
+    low, high = np.min(values), np.max(values)
+    space = "" if unit == "°" else " "
+    return f"{low:g}{space}{unit}" if low == high else f"{low:g} to {high:g}{space}{unit}"
+
+
+def html_table(title: str, rows: Mapping[str, str]) -> str:
+    """Return names and texts as a table for a notebook."""
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{escape(name)}</th>"
+        f"<td style='text-align:left'>{escape(text)}</td></tr>"
+        for name, text in rows.items()
+    )
+    return f"<table><caption>{escape(title)}</caption>{cells}</table>"
 
 
 def frozen_map(values: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -52,6 +52,25 @@ def test_matching_functions_are_those_of_the_printed_table():
     np.testing.assert_allclose(sums, 21.3714, atol=3e-4)
 
 
+def test_matching_functions_are_near_the_fit_by_gaussians():
+    """All 243 numbers, by another way: Wyman, Sloan and Shirley, JCGT 2(2), 2013, equation (4)."""
+    nm = cie.WAVELENGTH
+
+    def lobe(height, centre, below, above):
+        return height * np.exp(-0.5 * ((nm - centre) * np.where(nm < centre, below, above)) ** 2)
+
+    fits = (
+        lobe(0.362, 442.0, 0.0624, 0.0374) + lobe(1.056, 599.8, 0.0264, 0.0323)
+        + lobe(-0.065, 501.1, 0.0490, 0.0382),
+        lobe(0.821, 568.8, 0.0213, 0.0247) + lobe(0.286, 530.9, 0.0613, 0.0322),
+        lobe(1.217, 437.0, 0.0845, 0.0278) + lobe(0.681, 459.0, 0.0385, 0.0725),
+    )  # fmt: skip
+    for fit, table in zip(fits, (cie.X_BAR, cie.Y_BAR, cie.Z_BAR), strict=True):
+        # The fit itself is good to about 1 % of the peak: it finds slips in the first two digits.
+        assert np.sqrt(np.mean((fit - table) ** 2)) < 0.0065
+        assert np.abs(fit - table).max() < 0.0225
+
+
 # Chromaticities as CIE 15:2004 prints them, tables T.3 and T.8.
 WHITES = {
     "D65": (0.31272, 0.32903),

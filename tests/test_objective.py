@@ -7,8 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import clbrdf
 from clbrdf import InputError
-from clbrdf.objective import objective, relative_rms, relative_rms_by_incident_angle, weight_matrix
+from clbrdf.objective import (
+    objective,
+    relative_rms,
+    relative_rms_by_incident_angle,
+    unweighted,
+    weight_matrix,
+)
 from tests.reference import naive
 
 
@@ -114,3 +121,21 @@ def test_impossible_weights_are_refused(small_scan, weights, message):
 def test_sigma_weights_need_uncertainties(small_scan):
     with pytest.raises(InputError, match="need the scan's uncertainties"):
         weight_matrix(replace(small_scan, sigma=None), "sigma")
+
+
+def test_values_without_a_weight_are_counted_by_reason(small_scan):
+    sigma = small_scan.sigma.copy()
+    sigma[:4, 0], sigma[4:7, 0] = np.nan, 0.0
+    scan = replace(small_scan, sigma=sigma)
+    counted = unweighted(scan, weight_matrix(scan, "sigma"))
+    assert counted == {"without an uncertainty": 4, "with an uncertainty of 0": 3}
+    assert unweighted(scan, weight_matrix(scan, "none")) == {}
+    ones = np.ones(len(scan))
+    ones[:2] = 0.0
+    assert unweighted(small_scan, weight_matrix(small_scan, ones)) == {"of weight 0": 6}
+
+
+def test_a_fit_without_any_weight_says_why(small_scan):
+    scan = replace(small_scan, sigma=np.where(small_scan.theta_r[:, None] > 40.0, np.nan, 0.0) * np.ones(3))
+    with pytest.raises(InputError, match=r"63 without an uncertainty, 81 with an uncertainty of 0\); give"):
+        clbrdf.fit(scan, weights="sigma")

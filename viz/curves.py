@@ -62,7 +62,7 @@ def measured_and_model(fit: Fit, wavelengths: npt.ArrayLike | None = None) -> Fi
     if not angles:
         raise InputError("no incident zenith has three directions in its plane of incidence; nothing to draw")
     places = _places(fit, wavelengths)
-    values = fit.evaluate()
+    values = fit.observed()
     figure = Figure(figsize=(max(6.0, 3.6 * len(angles) + 0.6), 5.6), layout="constrained")
     grid = figure.subplots(2, len(angles), sharex="col", sharey="row", squeeze=False, height_ratios=(3, 1))
     good = scan.brdf[~scan.mask]
@@ -144,7 +144,7 @@ def spectral_map(fit: Fit) -> Figure:
     norm = LogNorm(np.nanmin(measured), np.nanmax(measured))
     figure = Figure(figsize=(max(6.0, 3.4 * len(angles) + 1.2), 6.0), layout="constrained")
     grid = figure.subplots(2, len(angles), sharex=True, sharey="col", squeeze=False)
-    for row, values in enumerate((measured, fit.evaluate())):
+    for row, values in enumerate((measured, fit.observed())):
         for column, angle in enumerate(angles):
             here = np.flatnonzero((scan.theta_i == angle) & np.isfinite(zenith))
             _, first = np.unique(zenith[here], return_index=True)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clbrdf.batch.request import Request
-from clbrdf.batch.rows import Rows
+from clbrdf.batch.rows import LAST, ROWS, rows_path, write_rows
 from clbrdf.batch.tasks import MARKER, Done, Source
 from clbrdf.errors import InputError
 from clbrdf.storage.files import whole_file, whole_text
@@ -23,7 +23,7 @@ from clbrdf.storage.files import whole_file, whole_text
 if TYPE_CHECKING:
     import pyarrow as pa
 
-INDEX, ROWS = "index.parquet", "rows"
+INDEX = "index.parquet"
 
 LOCK = ".lock"
 
@@ -41,7 +41,7 @@ class Catalogue:
 
         target = self.folder / f"{source.stem}.h5"
         try:
-            kept = pq.read_schema(self._rows(source.stem)).metadata or {}
+            kept = pq.read_schema(rows_path(self.folder, source.stem)).metadata or {}
             wanted = {"scan_sha256": scan_sha256, "request": self.request.digest()}
             wanted["fit_bytes"] = str(target.stat().st_size)
         except (OSError, ValueError):
@@ -49,20 +49,18 @@ class Catalogue:
         return all(kept.get(name.encode()) == value.encode() for name, value in wanted.items())
 
     def keep(self, source: Source, done: Done) -> None:
-        """Keep what came of a scan: its fit, where the worker has not written it, then its rows.
+        """Keep what came of a scan where the worker has not: its fit, then its rows.
 
         Raises
         ------
         InputError
             The folder cannot be written.
         """
-        import pyarrow.parquet as pq
-
         if done.content is not None:
             with whole_file(self.folder / f"{source.stem}.h5", overwrite=True) as part:
                 part.write_bytes(done.content)
-        with whole_file(self._rows(source.stem), overwrite=True) as part:
-            pq.write_table(_table(done.rows, self.request), part)
+        if done.rows is not None:
+            write_rows(rows_path(self.folder, source.stem), done.rows, self.request.digest())
 
     def write_index(self) -> int:
         """Write the rows of all scans of the folder as one table; return how many scans there are.
@@ -97,9 +95,6 @@ class Catalogue:
             for part in folder.glob(".*.part"):
                 with suppress(OSError):
                     part.unlink()
-
-    def _rows(self, stem: str) -> Path:
-        return self.folder / ROWS / f"{stem}.parquet"
 
 
 @contextmanager
@@ -168,22 +163,6 @@ def _check_same(folder: Path, request: Request, there: dict[str, Any], resume: b
         )
     if not resume:
         raise InputError(f"{folder}: holds this batch already; add --resume to go on, or name another folder")
-
-
-def _table(rows: Rows, request: Request) -> pa.Table:
-    """Return rows as an Arrow table; texts that repeat are dictionaries."""
-    import pyarrow as pa
-
-    columns = {}
-    for name, values in rows.columns.items():
-        array = pa.array(values.tolist() if values.dtype.kind == "U" else values)
-        columns[name] = array.dictionary_encode() if values.dtype.kind == "U" else array
-    told = {"scan_sha256": rows.scan_sha256, "fit_sha256": rows.fit_sha256}
-    told |= {"fit_bytes": str(rows.fit_bytes), "request": request.digest()}
-    return pa.table(columns).replace_schema_metadata(told)
-
-
-LAST = ("milliseconds", "fit_file", "scan_sha256", "fit_sha256")
 
 
 def _in_order(schema: pa.Schema) -> pa.Schema:

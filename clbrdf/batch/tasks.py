@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.batch.request import Request
-from clbrdf.batch.rows import Rows, rows_of
+from clbrdf.batch.rows import Rows, rows_of, rows_path, write_rows
 from clbrdf.errors import DeviceError, InputError
 from clbrdf.fit.jobs import Job, Jobs
 from clbrdf.fit.solve import Solution
@@ -82,9 +82,14 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Done:
-    """A scan that is fitted; `content` holds the file where the worker does not see the folder."""
+    """A scan that is fitted: how many wavelengths have each status.
 
-    rows: Rows
+    Where the worker does not see the folder it has written nothing: `rows` and `content`, the bytes of the
+    fit's file, are left to the client.
+    """
+
+    statuses: dict[str, int]
+    rows: Rows | None
     content: bytes | None
 
 
@@ -151,8 +156,8 @@ def finish(
             fitted = replace(fitted, search=replace(fitted.search, device=devices))
         write = partial(fitted.save, overwrite=True)
     target = Path(folder) / f"{source.stem}.h5"
-    content = None
-    if _is_here(Path(folder), request):
+    content, is_here = None, _is_here(Path(folder), request)
+    if is_here:
         write(target)
         size, fit_hash = target.stat().st_size, sha256(target)
     else:
@@ -163,7 +168,12 @@ def finish(
         size, fit_hash = len(content), hashlib.sha256(content).hexdigest()
     milliseconds = known.milliseconds(len(scan.wavelength))
     milliseconds += 1e3 * (time.perf_counter() - start) / len(scan.wavelength)
-    return Done(rows_of(source.stem, fitted, milliseconds, digest, fit_hash, size), content)
+    rows = rows_of(source.stem, fitted, milliseconds, digest, fit_hash, size)
+    names, counts = np.unique(fitted.status, return_counts=True)
+    statuses = dict(zip(names.tolist(), counts.tolist(), strict=True))
+    if is_here:
+        write_rows(rows_path(Path(folder), source.stem), rows, request.digest())
+    return Done(statuses, None if is_here else rows, content)
 
 
 @cache

@@ -62,7 +62,7 @@ def leave_out(scan: Scan, weights: Array, groups: AngleGroups, fitter: Fitter) -
         if not used[here].any():
             continue
         fit = fitter(scan.rows(~here), np.flatnonzero(~here))
-        predicted = fit.evaluate(scan.directions[here])
+        predicted = fit.predict_seen(scan.rows(here))
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             square = np.where(used[here], scale[here] * (predicted - scan.brdf[here]), 0.0) ** 2
             mean = count * square.sum(axis=0) / used[here].sum(axis=0)

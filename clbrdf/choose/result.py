@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +16,8 @@ from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import read_only
 from clbrdf.models import get_model
+from clbrdf.observation import ForwardModel
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 
@@ -24,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Ranked:
+class Ranked(Record):
     """One model of a ranking.
 
     Attributes
@@ -84,12 +85,11 @@ class Ranked:
     def __post_init__(self) -> None:
         read_only(self.score)
         read_only(self.mean_residual)
-        values = {name: read_only(np.asarray(column)) for name, column in self.parameters.items()}
-        object.__setattr__(self, "parameters", MappingProxyType(values))
+        object.__setattr__(self, "parameters", frozen_map(self.parameters))
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class Choice(Record):
     """Which model describes a scan; immutable.
 
     Attributes
@@ -131,6 +131,18 @@ class Choice:
         read_only(self.theta_i)
         read_only(self.places)
 
+    def __repr__(self) -> str:
+        verdict = "" if self.fits else ", and no model fits"
+        sample = self.fit.scan.sample or "a sample"
+        return f"<Choice of {self.chosen} among {len(self.ranking)} models for {sample}{verdict}>"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"{row.model}{' (chosen)' if row.model == self.chosen else ''}": f"{100 * row.predicted:.3g} %"
+            for row in self.ranking
+        }
+        return html_table("deviation of what was predicted, by model", rows)
+
     @property
     def fits(self) -> bool:
         """Whether the best model meets the data within their uncertainties, as far as these are known."""
@@ -168,10 +180,13 @@ class Choice:
         return self.fit.scan.columns(self.places)
 
     def values(self, model: str) -> Array:
-        """BRDF of a model's fit in the scan's directions at the wavelengths of the ranking, (N, W), 1/sr."""
+        """Return what the detector sees by a model's fit, (N, W) of the scan and the ranking, 1/sr.
+
+        With the nodes that the chosen model needs.
+        """
         row, made = self.of(model), get_model(model, force=True)
         vector = np.stack([row.parameters[name] for name in made.names], axis=-1)
-        out: Array = made.brdf(vector[:, None, :], made.features(self.fit.scan.directions)).T
+        out: Array = ForwardModel.of(made, self.fit.observation).brdf(vector[:, None, :]).T
         return out
 
     def save(self, path: str | Path, overwrite: bool = False) -> None:

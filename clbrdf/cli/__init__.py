@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, CycloptsError
 
 from clbrdf import __version__
-from clbrdf.errors import LONGEST, ClbrdfError, shortened
+from clbrdf.errors import LONGEST, ON_COMMAND_LINE, ClbrdfError, shortened
 
 COMMANDS = {
     "demo": "run the main job end to end",
@@ -63,6 +63,9 @@ def make_app(chosen: str = "") -> App:
     for name, summary in COMMANDS.items():
         told = {} if name == chosen else {"help": summary}
         app.command(f"clbrdf.cli.{name}_command:command", name=name, **told)
+    app.register_install_completion_command(
+        help="let the shell complete commands and options: bash, zsh or fish", result_action="return_value"
+    )
     return app
 
 
@@ -70,6 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
     words = list(sys.argv[1:] if argv is None else argv)
     mend_streams()
+    reader = ON_COMMAND_LINE.set(True)
     try:
         status = make_app(*words[:1])(
             words, exit_on_error=False, print_error=False, result_action="return_value"
@@ -90,4 +94,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"clbrdf: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return USAGE_ERROR
+    finally:
+        ON_COMMAND_LINE.reset(reader)
     return status if isinstance(status, int) else 0

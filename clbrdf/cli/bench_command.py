@@ -25,6 +25,7 @@ from clbrdf.cli.bench_optimizers import (
 )
 from clbrdf.cli.bench_planner import bench_planner
 from clbrdf.cli.bench_scaling import bench_scaling
+from clbrdf.cli.bench_through import bench_through
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.cli.options import DeviceName, JsonFile, Overwrite
 from clbrdf.errors import InputError
@@ -52,6 +53,7 @@ def command(
         "planner",
         "coverage",
         "batch",
+        "through",
     ],
     /,
     *,
@@ -81,6 +83,7 @@ def command(
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
         simulated light; --seeds;
+        through: bias and time of fits through an aperture, beside fits of points, a minute or two
         batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths;
         coverage: how often 1σ of each parameter holds the truth, on made scans with common errors; --seeds
         says how many
@@ -129,6 +132,8 @@ def command(
         content = bench_coverage(chosen, options.seeds if options else None)
     elif what == "planner":
         content = bench_planner(options.seeds if options else None)
+    elif what == "through":
+        content = bench_through(chosen)
     elif what == "batch":
         content = bench_batch(scans, options.wavelengths if options else None)
     else:

@@ -11,7 +11,9 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import (
+    CsvFile,
     DeviceName,
     JsonFile,
     Output,
@@ -53,13 +55,17 @@ def command(
     shared: Annotated[list[str], Parameter(negative_iterable="")] = [],  # noqa: B006
     force: Annotated[bool, Parameter(negative="")] = False,
     smooth: float | None = None,
+    through: Path | None = None,
+    point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: Annotated[bool, Parameter(negative="")] = False,
     profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
     device: DeviceName = None,
     json: JsonFile = None,
+    csv: CsvFile = None,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
     check: Annotated[bool, Parameter(negative="")] = False,
     check_wavelengths: str | None = None,
@@ -93,12 +99,20 @@ def command(
     smooth
         tie neighbouring wavelengths: the share of its range by which a parameter is expected to change in
         10 nm, for instance 0.01; off by default
+    through
+        instrument file: aperture, beam, footprint, misalignment, bandwidth as in a scene's [effects]; what is
+        fitted is then what the detector sees. By default what the scan says of its own receiver
+    point
+        take every direction as a point, whatever the scan says
     rtol
         take the cheapest search that brings E within this share of the optimum, measured on a sample of the
         wavelengths; from 1e-9
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    gls
+        let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
+        takes the model for exact
     profile
         find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
@@ -115,13 +129,20 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    check_apart([output, json], [scan, *spectra])
+    behind = told_instrument(through, point)
+    instrument = [] if through is None else [through]
+    check_apart([output, json, csv], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
-    if json is not None:
-        check_output(json, overwrite)
+    for extra in (json, csv):
+        if extra is not None:
+            check_output(extra, overwrite)
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    if checked != NO_CHECK and gls:
+        raise InputError(
+            "--check searches the optimum of E (13), and --gls minimises another sum; leave one out"
+        )
     chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
@@ -135,8 +156,10 @@ def command(
             fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
+            through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            gls=gls,
             profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),
@@ -152,13 +175,18 @@ def command(
         shared=shared,
         smooth=smooth,
         rtol=rtol,
+        through=None if through is None else through.name,
+        point=point,
         monte_carlo=monte_carlo,
     )
     options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    hashes |= {} if through is None else {"through_sha256": sha256(through)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
     result = replace(result, provenance=made)
     result.save(target, overwrite)
+    if csv is not None:
+        result.to_csv(csv, overwrite)
     print_fit(str(target), result, all_rows)
     verdicts = run_check(result, checked)
     if json is not None:

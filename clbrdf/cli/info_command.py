@@ -11,7 +11,9 @@ from clbrdf.choose import Choice
 from clbrdf.cli.checks import print_fit_checks
 from clbrdf.cli.choice_table import print_choice
 from clbrdf.cli.console import print_table
+from clbrdf.cli.options import CsvFile, Overwrite
 from clbrdf.cli.summary import print_fit, print_scan, print_scans
+from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.rig.follow import Progress
 from clbrdf.rig.follow import follow as follow_measurement
@@ -25,6 +27,8 @@ def command(
     *,
     all_rows: Annotated[bool, Parameter(negative="")] = False,
     follow: Annotated[bool, Parameter(negative="")] = False,
+    csv: CsvFile = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Show what is in a scan or fit file; of a fit also its reflectance, and whether it is reciprocal.
 
@@ -45,12 +49,16 @@ def command(
         follow_measurement(file, _show)
     with hdf5.open_file(file) as opened:
         content = hdf5.content_of(opened)
+    if csv is not None and content != "fit":
+        raise InputError(f"--csv: {file} holds a {content}, and the table is of a fit's parameters")
     if content == "scan" and len(scans := open_scans(file)) > 1:
         print_scans(str(file), scans)
         return
     print_scan(str(file), Scan.open(file))
     if content == "fit":
         fit = Fit.open(file)
+        if csv is not None:
+            fit.to_csv(csv, overwrite)
         if Choice.is_in(file):
             print_choice(str(file), Choice.open(file))
         print_fit("", fit, all_rows)

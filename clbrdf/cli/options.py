@@ -20,6 +20,9 @@ Overwrite = Annotated[bool, Parameter(name="--overwrite", negative="", help="rep
 DeviceName = Annotated[
     str | None, Parameter(name="--device", help="part of the name of an OpenCL device or platform")
 ]
+CsvFile = Annotated[
+    Path | None, Parameter(name="--csv", help="also write the parameters as a table, one row a wavelength")
+]
 JsonFile = Annotated[Path | None, Parameter(name="--json", help="also write the result for machines")]
 
 

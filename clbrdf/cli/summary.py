@@ -52,6 +52,11 @@ def print_scan(title: str, scan: Scan) -> None:
         positive = known & (scan.brdf > 0.0)
         if positive.any():
             text += f", median {100 * np.median(scan.sigma[positive] / scan.brdf[positive]):.3g} %"
+        for count, word in (
+            (np.count_nonzero(good & np.isnan(scan.sigma)), "have none"),
+            (np.count_nonzero(good & (scan.sigma == 0.0)), "have 0"),
+        ):
+            text += f"; {count} {word}" if count else ""
         rows.append(["uncertainties", text])
         if scan.components:
             rows.append(["of them", total_words(scan)])

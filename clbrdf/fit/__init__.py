@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any, cast
+from functools import partial
+from pathlib import Path
+from typing import Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -15,25 +17,31 @@ from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.given import given_parameters
+from clbrdf.fit.gls import generalised
 from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
-from clbrdf.fit.layout import layout_of
+from clbrdf.fit.layout import Layout, layout_of
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.methods import METHOD_NAMES, get_method
 from clbrdf.fit.montecarlo import check_draws
 from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
+from clbrdf.fit.requests import check_number, check_range, reflection_of, whole_seed
 from clbrdf.fit.result import Fit
-from clbrdf.fit.shared import shared_names, solve_shared
+from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
 from clbrdf.fit.smooth import smooth as smooth_out
-from clbrdf.fit.solve import Solution, joined, solve
+from clbrdf.fit.solve import Solution, follow, joined, solve
 from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
+from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
-from clbrdf.objective import weight_matrix
+from clbrdf.objective import unweighted, weight_matrix
+from clbrdf.observation import Observation
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
@@ -50,12 +58,6 @@ __all__ = [
     "fit",
 ]
 
-PLAUSIBLE = (1e-15, 1e15)
-"""BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
-
-PART = 1 << 14
-"""Directions that are looked at at once."""
-
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
@@ -64,15 +66,17 @@ def fit(
     scan: Scan,
     *,
     method: str = "auto",
-    seed: int = 0,
+    seed: SupportsIndex = 0,
     weights: str | npt.ArrayLike = "none",
     bounds: Mapping[str, tuple[float, float]] | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
     fix: Mapping[str, npt.ArrayLike] | None = None,
     shared: Sequence[str] = (),
     smooth: float | None = None,
+    through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: bool = False,
     profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
@@ -110,6 +114,10 @@ def fit(
         Ties parameters of neighbouring wavelengths: the share of its range by which a coordinate is
         expected to change in 10 nm, 1e-4 to 1; see `clbrdf.fit.smooth`. E then is that of the smooth
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
+    through : str, Path or Instrument
+        What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
+        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
         taken whose excess on a sample of the scan's wavelengths is a tenth of it; `search.rungs` of the fit
@@ -117,6 +125,9 @@ def fit(
     monte_carlo : int, optional
         Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
         that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    gls : bool
+        Let the correlations of the scan's uncertainty count as weights, too. This takes the model for exact:
+        see `clbrdf.fit.gls` before you ask for it.
     profile : bool
         Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
         hold where parameters are at their limits, too, where standard uncertainties are far too small.
@@ -143,20 +154,22 @@ def fit(
         Unknown method, model, weights or bounds; settings of another method; `smooth` out of range; a fixed
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
-        `monte_carlo` together with `shared` or `smooth`, or out of range;
-        nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
+        an instrument without geometry, or one whose cones reach below the horizon;
+        `monte_carlo` together with `shared` or `smooth`, or out of range; `gls` together with one of the
+        three, with other weights than "sigma", or for a scan without both a random and a common part;
+        nothing in the scan that can be fitted, or values beyond those of any surface.
     DeviceError
         No OpenCL device with fp64.
     """
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
-    scan, weights, left_out = _reflection(scan, weights)
-    if not isinstance(seed, int) or not 0 <= seed < 2**64:
-        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    scan, weights, left_out = reflection_of(scan, weights)
+    whole = whole_seed(seed)
     if smooth is not None and scan.bands:
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
-    _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
-    _check_number("rtol", rtol, BEST, 1.0)
+    check_number("smooth", smooth, LEAST_CHANGE, 1.0)
+    check_number("rtol", rtol, BEST, 1.0)
+    check_through(through)
     start = time.perf_counter()
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
@@ -170,6 +183,12 @@ def fit(
         raise InputError(
             "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
         )
+    by_sigma = isinstance(weights, str) and weights == "sigma"
+    if gls and (in_common or smooth is not None or monte_carlo is not None or not by_sigma):
+        raise InputError(
+            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
+            " shared, smooth and monte_carlo"
+        )
     if profile and (in_common or smooth is not None or rtol is not None):
         raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
@@ -181,39 +200,65 @@ def fit(
     if len(fitted) == 0:
         reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
         if not scan.mask.all():
-            raise InputError("nothing to fit: all weights are 0; the scan's uncertainties are 0 or unknown")
+            counts = ", ".join(f"{count} {reason}" for reason, count in unweighted(scan, g).items())
+            raise InputError(
+                f"nothing to fit: no value has a weight ({counts}); give uncertainties above 0, or other"
+                " weights"
+            )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
-    _check_range(scan, g)
+    check_range(scan, g)
+    behind = instrument_behind(scan, through, smooth is not None)
     where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
-    def problem_of(places: npt.NDArray[np.intp]) -> Problem:
-        return make_problem(scan, g, chosen, limits, where, given, layout=layout, places=places)
+    def problem_of(places: npt.NDArray[np.intp], seen: Layout = layout) -> Problem:
+        return make_problem(scan, g, chosen, limits, where, given, layout=seen, places=places)
 
     rungs: tuple[Rung, ...] = ()
     sample = np.empty(0, dtype=np.intp)
     if rtol is not None:
         sample = fitted[np.linspace(0, len(fitted) - 1, min(SAMPLE, len(fitted))).round().astype(np.intp)]
         problem = problem_of(sample)
-        rungs = choose_settings(problem, way, seed, rtol)
+        rungs = choose_settings(problem, way, whole, rtol)
         rules = rungs[0].settings
     if in_common:
         places = tuple(chosen.names.index(name) for name in in_common)
         norm = (g[:, fitted] * np.where(g[:, fitted] > 0.0, scan.brdf[:, fitted], 0.0) ** 2).sum(axis=0)
-        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, seed, report)]
+        parts = [solve_shared(problem_of(fitted), places, norm, way, rules, whole, report)]
     else:
         blocks = wavelength_blocks(fitted, *rules.cost(len(scan.theta_i), len(limits)))
         if executor is None:
             parts = []
             for k, block in enumerate(blocks):
-                parts.append(solve(problem_of(block), way, rules, seed, _part_of(report, k, len(blocks))))
+                parts.append(solve(problem_of(block), way, rules, whole, _part_of(report, k, len(blocks))))
         else:
-            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, seed))
+            jobs = Jobs(blocks, lambda block: Job(problem_of(block), way, rules, whole))
             parts = run_jobs(executor, solve_job, jobs, len(blocks), report)
-    solution, tied = joined(parts), None
-    if smooth is not None:
+    solution, tied, slit = joined(parts), None, None
+    if behind is not None:
+
+        def polished(observation: Observation, found: Solution) -> Solution:
+            seen = layout_of(chosen, scan.directions, observation)
+            if in_common:
+                return follow_shared(problem_of(fitted, seen), places, norm, found)
+            return follow(lambda block: problem_of(fitted[block], seen), found)
+
         problem = problem_of(fitted)
+        solution, behind = look_through(
+            *(scan, chosen, g, fitted, behind, solution, problem.free, (problem.lower, problem.upper)),
+            polished,
+        )
+        layout = layout_of(chosen, scan.directions, behind.observation(scan.directions))
+        slit = behind.slit(scan.wavelength[fitted])
+    seen_problem = partial(problem_of, seen=layout)
+    if smooth is not None:
+        problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
-        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth)
+        solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
+    usual = None
+    if gls:
+        seen, problem = layout.seen.take(np.argsort(layout.order)), seen_problem(fitted)
+        limit_pair = problem.lower, problem.upper
+        solution, usual = generalised(seen, scan.columns(fitted), g[:, fitted], solution, *limit_pair)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -224,25 +269,28 @@ def fit(
         rtol=rtol,
         left_out=left_out,
         method=way.name,
-        seed=seed,
+        seed=whole,
+        gls=gls,
     )
-    estimate, goodness, status = assemble(scan, layout, problem_of, setup, solution, where, tied)
+    estimate, goodness, status = assemble(
+        scan, layout, seen_problem, setup, solution, where, tied, slit, usual
+    )
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
-            problem_of(fitted),
+            seen_problem(fitted),
             scan.columns(fitted),
             g[:, fitted],
             estimate.vector[fitted],
             estimate.sigma[fitted],
             limits,
             monte_carlo,
-            seed,
+            whole,
             report,
         ).placed(fitted, len(scan.wavelength))
     if profile:
-        sums = summarise_scan(scan, g, layout, problem_of, fitted, estimate.vector[fitted])
-        estimate = with_intervals(problem_of(fitted), sums, chosen, setup, estimate)
+        sums = summarise_scan(scan, g, layout, seen_problem, fitted, estimate.vector[fitted])
+        estimate = with_intervals(seen_problem(fitted), sums, chosen, setup, estimate)
     return Fit(
         scan=scan,
         model=chosen,
@@ -251,6 +299,7 @@ def fit(
         goodness=goodness,
         search=_search_of(setup, solution, str(where), rungs, len(sample), start),
         status=status,
+        through=behind,
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
@@ -292,84 +341,6 @@ def _provenance(setup: Setup, rules: object) -> dict[str, str]:
         if getattr(setup, name) is not None:
             out[name] = f"{getattr(setup, name):g}"
     return out
-
-
-def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, int]:
-    """Return scan and weights without directions of transmission, and how many there were."""
-    beyond = scan.transmitted
-    if not beyond.any():
-        return scan, weights, 0
-    per_direction = np.asarray(weights)
-    if not isinstance(weights, str) and per_direction.shape == beyond.shape:
-        weights = per_direction[~beyond]
-    return scan.reflection(), weights, int(np.count_nonzero(beyond))
-
-
-def given_parameters(
-    scan: Scan, model: Model, fix: Mapping[str, npt.ArrayLike]
-) -> dict[str, npt.NDArray[np.float64]]:
-    """Return the parameters (W,) that are not fitted, in the order of the table.
-
-    Raises
-    ------
-    InputError
-        A parameter that the model does not have, a value out of its domain or of another length, one that has
-        to be fixed and is not, or nothing left to fit.
-    """
-    fix = model.by_full_name(fix)
-    w, out = len(scan.wavelength), {}
-    missing = [row for row in model.parameters if row.given == "user" and row.name not in fix]
-    if missing:
-        told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
-        first = missing[0].name
-        raise InputError(
-            f"model {model.name} needs {told}; fix each: fix={{{first!r}: ...}}, or --fix {first}=VALUE or"
-            f" {first}=FILE.csv on the command line"
-        )
-    for row in model.parameters:
-        if row.given == "wavelength" and row.name not in fix:
-            out[row.name] = np.array(scan.wavelength)
-            continue
-        if row.name not in fix:
-            continue
-        values = np.asarray(fix[row.name], dtype=np.float64)
-        if values.shape not in ((), (1,), (w,)):
-            raise InputError(
-                f"fixed {row.name} has shape {values.shape}; give one value, or one for each of"
-                f" {w} wavelengths"
-            )
-        if not np.isfinite(values).all():
-            raise InputError(f"fixed {row.name} is not finite")
-        if row.scale == "log" and not (row.sign * values > 0.0).all() and row.log_floor == 0.0:
-            side = "above" if row.sign > 0.0 else "below"
-            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
-        out[row.name] = np.broadcast_to(values.ravel() if values.ndim else values, w).copy()
-    if len(out) == len(model.parameters):
-        raise InputError(f"nothing to fit: all parameters of model {model.name} are fixed")
-    return out
-
-
-def _check_number(name: str, value: float | None, low: float, high: float) -> None:
-    """Raise InputError where an option is given and is no number within its limits."""
-    if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
-        raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
-
-
-def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
-    """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    low, high = PLAUSIBLE
-    smallest, largest = np.inf, 0.0
-    for first in range(0, len(scan), PART):
-        part = slice(first, first + PART)
-        used = np.abs(scan.brdf[part])
-        counts = (weights[part] > 0.0) & (used > 0.0)
-        smallest = used.min(initial=smallest, where=counts)
-        largest = used.max(initial=largest, where=counts)
-    if smallest < low or largest > high:
-        worst = largest if largest > high else smallest
-        raise InputError(
-            f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
-        )
 
 
 def _part_of(report: Report, part: int, parts: int) -> Report:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.gls import Precision
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
@@ -21,6 +22,7 @@ from clbrdf.fit.solve import Solution
 from clbrdf.fit.summary import Summary, summarise_scan
 from clbrdf.fit.uncertainty import Uncertainty, uncertainty, with_covariance
 from clbrdf.models import Model
+from clbrdf.objective import objective
 from clbrdf.opencl.device import Device
 from clbrdf.opencl.precision import get_precision
 from clbrdf.opencl.values import evaluate_directions
@@ -44,11 +46,15 @@ def assemble(
     solution: Solution,
     device: Device,
     tied: Tied | None = None,
+    slit: Array | None = None,
+    usual: Array | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `layout` says how the directions lie in the problems that `problem_of` returns for places of wavelengths;
-    `tied` tells what a penalty on neighbours makes of the uncertainties.
+    `tied` tells what a penalty on neighbours makes of the uncertainties, `slit` (K, K) what each of the K
+    fitted wavelengths is seen as. `usual` (K, N) are the values that weigh a fit by generalised least
+    squares.
     """
     fitted, model = setup.fitted, layout.seen.model
     known = np.array([name in setup.fixed for name in model.names])
@@ -57,7 +63,10 @@ def assemble(
         return summarise_scan(scan, setup.weights, layout, problem_of, places, vector)
 
     vector, at_bound, sums = _settled(model, setup, solution, known, summed)
-    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied)
+    if slit is not None:
+        mixed = slit @ model_values(scan, layout, vector, device)
+        sums = _behind_slit(scan, setup, sums, mixed)
+    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied, usual)
 
     def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
         out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
@@ -91,6 +100,8 @@ def assemble(
     energy = placed(sums.objective, np.nan)
 
     def values_of(places: npt.NDArray[np.intp]) -> Array:
+        if slit is not None:
+            return np.asarray(mixed[np.searchsorted(fitted, places)])
         return model_values(scan, layout, estimate.vector[places], device)
 
     found = Goodness(
@@ -100,6 +111,19 @@ def assemble(
         **deviation_tests(scan, setup, estimate.at_bound, energy, values_of),
     )
     return estimate, found, where
+
+
+def _behind_slit(scan: Scan, setup: Setup, sums: Summary, values: Array) -> Summary:
+    """Return the sums with E and deviations of values (K, N) that a slit has mixed."""
+    fitted = setup.fitted
+    energy = objective(values.T, scan.columns(fitted), setup.weights[:, fitted])
+    measured, usable = scan.brdf[:, fitted], ~scan.mask[:, fitted] & (scan.brdf[:, fitted] > 0.0)
+    away = np.divide(values.T - measured, measured, out=np.zeros_like(measured), where=usable) ** 2
+    _, angle = np.unique(scan.theta_i, return_inverse=True)
+    deviation, counted = np.zeros_like(sums.deviation.T), np.zeros_like(sums.counted.T)
+    np.add.at(deviation, angle, away)
+    np.add.at(counted, angle, usable)
+    return replace(sums, objective=energy, deviation=deviation.T, counted=counted.T)
 
 
 def model_values(scan: Scan, layout: Layout, vector: Array, device: Device) -> Array:
@@ -151,6 +175,7 @@ def _uncertainty(
     at_bound: Mask,
     sums: Summary,
     tied: Tied | None,
+    usual: Array | None,
 ) -> tuple[Uncertainty, tuple[Part, ...]]:
     """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
     fitted, model = setup.fitted, layout.seen.model
@@ -175,9 +200,10 @@ def _uncertainty(
     from_file = is_known and tied is None
     if scan.components if from_file else scan.common_components:
         components = measured.components if from_file else measured.common_components
-        told = carried(
-            seen, measured.directions, measured.wavelength, components, vector, own, values, g.T, system
-        )
+        # The weights of the values as of the usual optimum, as they were fitted.
+        precision = Precision.of(measured, g, usual) if usual is not None else None
+        where = measured.directions, measured.wavelength
+        told = carried(seen, *where, components, vector, own, values, g.T, system, precision)
         slopes = _slopes(model, vector)
         parts = told if from_file else (alone, *(_tied(part, slopes, tied) for part in told))
     held = at_bound | known

@@ -236,7 +236,9 @@ def descend(
         data = [_packed(values, width) for values in data]
         lanes = _packed(starts[:, 0], width)[:, None]
     else:
-        lanes = np.stack([_packed(one, width) for one in starts])
+        places = np.arange(-(-k // width) * width)
+        places = np.where(places < k, places, 0)
+        lanes = starts[:, places].reshape(w, -1, width, starts.shape[2]).swapaxes(2, 3)
     # Lanes without a start of their own repeat the first, and stay where they are.
     still = np.ones((lanes.shape[0], lanes.shape[1] * width))
     given = np.zeros((w, k)) if left_out is None else left_out

@@ -22,6 +22,9 @@ Array = npt.NDArray[np.float64]
 TILE = 1 << 18
 """Multiplications of one tile of a product; eight rows side by side are what such a library works on."""
 
+CACHED = 1 << 15
+"""Values of one array that are worked on at once."""
+
 LOBES = 64
 """Columns of a tile."""
 
@@ -70,6 +73,18 @@ class Sums:
             data_data=(data**2).sum(axis=1),
         )
 
+    def rows(self, part: slice) -> Sums:
+        """Return the sums at some wavelengths."""
+        scale = part if len(self.lobe_one[0]) == len(self.lobe_data[0]) else slice(None)
+        return Sums(
+            one_one=self.one_one[:, scale],
+            lobe_lobe=self.lobe_lobe[:, scale],
+            lobe_one=self.lobe_one[:, scale],
+            lobe_data=self.lobe_data[:, part],
+            one_data=self.one_data[:, part],
+            data_data=self.data_data[part],
+        )
+
     def take(self, chosen: npt.NDArray[np.intp]) -> Sums:
         """Return the sums of some lobes (W, M) of each wavelength."""
         return replace(
@@ -100,6 +115,18 @@ def product(left: Array, right: Array) -> Array:
 
 def best_amplitudes(sums: Sums) -> tuple[Array, Array]:
     """E (W, K) and amplitudes (I, W, K) of the best amplitudes and diffuse term, none negative.
+
+    A few wavelengths at a time, so that what is formed of them stays in the cache.
+    """
+    i, w, k = sums.lobe_data.shape
+    size = max(1, CACHED // (i * k))
+    parts = [_best_amplitudes(sums.rows(slice(first, first + size))) for first in range(0, w, size)]
+    energy, amplitudes = zip(*parts, strict=True)
+    return np.concatenate(energy), np.concatenate(amplitudes, axis=1)
+
+
+def _best_amplitudes(sums: Sums) -> tuple[Array, Array]:
+    """As `best_amplitudes`.
 
     The normal equations are an arrow: amplitudes meet only in the diffuse term, which is solved first.
     Amplitudes that come out negative are set to 0 and the rest solved once more.

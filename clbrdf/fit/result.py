@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -15,19 +16,25 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
 from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.frame import to_dataframe, to_xarray, write_csv
 from clbrdf.fit.goodness import misfit
 from clbrdf.fit.montecarlo import MonteCarlo
+from clbrdf.fit.predict import standard_uncertainty
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.remarks import Remarks, remarks_of
-from clbrdf.fit.tables import report
+from clbrdf.fit.tables import report, summary_rows
+from clbrdf.fit.through import Through
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
-from clbrdf.records import Record, frozen_map
+from clbrdf.observation import ForwardModel, Observation
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py
+    import pandas as pd
+    import xarray as xr
 
 Array = npt.NDArray[np.float64]
 
@@ -53,6 +60,8 @@ class Fit(Record):
         How the parameters were found, and where.
     status : (W,) str
         One of STATUSES.
+    through : Through or None
+        The instrument that the fit looked through; None where directions were taken as points.
     provenance : mapping of str to str
         Program version, settings, hash of the input; for readers, nothing in the program reads it.
     monte_carlo : MonteCarlo or None
@@ -66,6 +75,7 @@ class Fit(Record):
     goodness: Goodness
     search: Search
     status: npt.NDArray[np.str_]
+    through: Through | None = None
     provenance: Mapping[str, str] = field(default_factory=dict)
     monte_carlo: MonteCarlo | None = None
 
@@ -193,12 +203,90 @@ class Fit(Record):
     @cached_property
     def residuals(self) -> Array:
         """Measured less fitted BRDF, (N, W), 1/sr; NaN where a value was not fitted."""
-        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.evaluate(), np.nan)
+        return np.where(self.setup.weights > 0.0, self.scan.brdf - self.observed(), np.nan)
+
+    def predict(
+        self, directions: Directions | None = None, return_std: bool = False
+    ) -> Array | tuple[Array, Array]:
+        """Return the fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where not fitted.
+
+        The surface's own, as `evaluate`. With `return_std` also its standard uncertainty, (N, W), from the
+        uncertainties of the parameters and their correlations: parameters that are fixed, or at a limit,
+        count as exact, and it is infinite where the data cannot tell a parameter that counts. That the model
+        may not describe the data is not in it (`misfit`).
+        """
+        where = self.scan.directions if directions is None else directions
+        seen = ForwardModel(self.model, self.model.features(where))
+        values: Array = seen.brdf(self.vector[:, None, :]).T
+        return (values, standard_uncertainty(seen, self.estimate)) if return_std else values
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a table of pandas, one row a wavelength; needs the extra clbrdf[table]."""
+        return to_dataframe(self)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return scan and fit as a dataset of xarray; needs the extra clbrdf[table]."""
+        return to_xarray(self)
+
+    def to_csv(self, path: str | Path, overwrite: bool = False) -> None:
+        """Write the columns of `to_dataframe` as CSV, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            The file exists and `overwrite` is False, or it cannot be written.
+        """
+        write_csv(self, path, overwrite)
+
+    def __repr__(self) -> str:
+        return f"<Fit of {self.model.name} to {self.scan.sample or 'a sample'}: {self._told()}>"
+
+    def _told(self) -> str:
+        w = len(self.wavelength)
+        statuses = Counter(str(status) for status in self.status)
+        counts = ", ".join(f"{count} {status}" for status, count in statuses.most_common())
+        poor = int(self.misfit.sum())
+        return f"{w} wavelength{'s' * (w != 1)}, {counts}{f', {poor} misfit' if poor else ''}"
+
+    def _repr_html_(self) -> str:
+        return html_table(f"Fit of {self.model.name}", dict(summary_rows(self)))
 
     def evaluate(self, directions: Directions | None = None) -> Array:
-        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit."""
+        """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
+
+        The surface's own: `observed` is what compares with measured values.
+        """
         x = self.model.features(self.scan.directions if directions is None else directions)
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
+        return out
+
+    @cached_property
+    def observation(self) -> Observation:
+        """What the detector sees in the scan's directions."""
+        if self.through is None:
+            return Observation.points(self.scan.directions)
+        return self.through.observation(self.scan.directions)
+
+    def observed(self) -> Array:
+        """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
+        return self.evaluate() if self.through is None else self._seen(self.observation)
+
+    def predict_seen(self, scan: Scan) -> Array:
+        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+
+        Its cones get as many nodes everywhere as they got where this fit needed most.
+        """
+        if self.through is None:
+            return self.evaluate(scan.directions)
+        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+
+    def _seen(self, observation: Observation) -> Array:
+        assert self.through is not None
+        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        fitted = self.setup.fitted
+        slit = self.through.slit(self.wavelength[fitted])
+        if slit is not None:
+            out[:, fitted] = out[:, fitted] @ slit.T
         return out
 
     def report(self, width: int = 100) -> str:

@@ -156,6 +156,24 @@ def solve_shared(
     )
 
 
+def follow_shared(problem: Problem, places: tuple[int, ...], norm: Array, solution: Solution) -> Solution:
+    """Walk from a solution to the bottom of its valley in a problem that is near the one that it solves.
+
+    Parameters as of `solve_shared`.
+    """
+    profile = _Profile(problem, np.array(places), norm / norm.max(), METHODS["lookup"], QUICK, 0)
+    start = _Point(solution.coordinates, solution.objective, solution.converged, solution.evaluations, 0.0)
+    start = profile.followed(start, np.zeros_like(start.q), start.q[0, places])
+    end, done = profile.descended(start)
+    return replace(
+        solution,
+        coordinates=end.q,
+        objective=end.energy,
+        converged=end.converged & done,
+        evaluations=end.evaluations,
+    )
+
+
 class _Profile:
     """F as a function of the shared coordinates, all others at their best."""
 
@@ -221,7 +239,7 @@ class _Profile:
         """Go from a point of the grid to the bottom of its valley."""
         point = self.searched(s)
         for look in range(MOST_LOOKS):
-            point, done = self._descended(point)
+            point, done = self.descended(point)
             if not done:
                 break
             again = self.searched(point.q[0, self.places])
@@ -238,7 +256,7 @@ class _Profile:
             )
         return replace(point, converged=np.zeros_like(point.converged))
 
-    def _descended(self, point: _Point) -> tuple[_Point, bool]:
+    def descended(self, point: _Point) -> tuple[_Point, bool]:
         """Damped quasi-Newton on the profile, from JᵀJ; the end, and whether it is stationary.
 
         Where residuals are large, JᵀJ alone is far from the curvature, and its steps crawl.

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from clbrdf.fit.normal_equations import normal_equations
 from clbrdf.fit.polish import EXACT, polish
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.slit import band_covariance, banded, slit_equations
 from clbrdf.fit.solve import Solution
 
 Array = npt.NDArray[np.float64]
@@ -74,7 +75,7 @@ class Tied:
     data : (W, P, P) float64
         Curvature of the data's part of Φ, half of it.
     band : (P + 1, W P) float64
-        Curvature of Φ, as SciPy stores bands.
+        Curvature of Φ, as SciPy stores bands; more of it behind a slit.
     """
 
     covariance: Array
@@ -90,7 +91,9 @@ class Tied:
         return np.asarray(solveh_banded(self.band, pull, lower=True).reshape(w, p, m).transpose(2, 0, 1))
 
 
-def smooth(problem: Problem, solution: Solution, wavelength: Array, change: float) -> tuple[Solution, Tied]:
+def smooth(
+    problem: Problem, solution: Solution, wavelength: Array, change: float, slit: Array | None = None
+) -> tuple[Solution, Tied]:
     """Return the penalised solution, and what the penalty makes of the uncertainties of its coordinates.
 
     Parameters
@@ -103,6 +106,8 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
         nm.
     change : float
         τ, positive.
+    slit : (W, W) float64, optional
+        What each wavelength is seen as (`clbrdf.fit.slit`).
     """
     from scipy.linalg import solveh_banded
 
@@ -117,13 +122,20 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
     def phi(q: Array, energy: Array) -> float:
         return float((energy / noise).sum() + (stiffness * np.diff(q, axis=0) ** 2).sum())
 
+    def equations(q: Array) -> tuple[Array, Array, list[Array]]:
+        if slit is not None:
+            found = slit_equations(problem, slit, noise, q)
+            return found.energy, found.gradient, found.blocks
+        energy, h, H = normal_equations(problem, q)
+        return energy, h / noise[:, None], [H / noise[:, None, None]]
+
     q, damping = solution.coordinates.copy(), 1e-3
-    energy, h, H = normal_equations(problem, q)
+    energy, h, blocks = equations(q)
     now, converged = phi(q, energy), False
     for _ in range(MOST_ITERATIONS):
-        gradient = h / noise[:, None] + _pull(stiffness, q)
+        gradient = h + _pull(stiffness, q)
         held = ((q <= problem.lower) & (gradient > 0.0)) | ((q >= problem.upper) & (gradient < 0.0)) | given
-        band = _banded(H / noise[:, None, None], stiffness, held)
+        band = _banded(blocks[0], stiffness, held) if slit is None else banded(blocks, stiffness, held)
         # A coordinate that nothing feels, neither data nor neighbours, stays where it is.
         unfelt = band[0] <= 1e-14 * band[0].max()
         band[0] = np.where(unfelt, band[0].max(), band[0] * (1.0 + damping))
@@ -135,25 +147,24 @@ def smooth(problem: Problem, solution: Solution, wavelength: Array, change: floa
                 break
             continue
         trial = np.clip(q + np.clip(step, -0.25 * span, 0.25 * span), problem.lower, problem.upper)
-        trial_energy, trial_h, trial_H = normal_equations(problem, trial)
+        trial_energy, trial_h, trial_blocks = equations(trial)
         trial_phi = phi(trial, trial_energy)
         if damping <= 1.0 and -0.5 * (step * gradient).sum() <= TOLERANCE * now:
             converged = True
             break
         if trial_phi < now:
-            q, energy, h, H, now = trial, trial_energy, trial_h, trial_H, trial_phi
+            q, energy, h, blocks, now = trial, trial_energy, trial_h, trial_blocks, trial_phi
             damping = max(damping / 3.0, 1e-12)
         elif damping > 1e12:
             break
         else:
             damping *= 4.0
     held = (q <= problem.lower) | (q >= problem.upper)
-    data = H / noise[:, None, None]
-    band = _banded(data, stiffness, held)
+    data = blocks[0]
+    band = _banded(data, stiffness, held) if slit is None else banded(blocks, stiffness, held)
     band[0] = np.maximum(band[0], 1e-14 * band[0].max())  # of a coordinate that nothing feels
-    tied = Tied(
-        _covariance(data, stiffness, held), np.where(held[:, :, None] | held[:, None], 0.0, data), band
-    )
+    covariance = _covariance(data, stiffness, held) if slit is None else band_covariance(band, p)
+    tied = Tied(covariance, np.where(held[:, :, None] | held[:, None], 0.0, data), band)
     done = np.full(w, converged) | (energy <= EXACT)
     ends = replace(solution, coordinates=q, objective=energy, converged=done)
     return ends, tied

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.finish import Ends, finish, lowest_ends, together
 from clbrdf.fit.limits import off_limits
 from clbrdf.fit.methods import Method
-from clbrdf.fit.polish import AS_LOW, EXACT, Polished, polish
+from clbrdf.fit.polish import AS_LOW, EXACT, MOST_ITERATIONS, TOLERANCE, Polished, descend, polish
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
 from clbrdf.fit.thin import on_sample
+from clbrdf.opencl.precision import get_precision
 from clbrdf.progress import Report, silent
 
 Array = npt.NDArray[np.float64]
@@ -23,6 +25,8 @@ Array = npt.NDArray[np.float64]
 ENOUGH = 0.3
 """Share of the starts that have to agree for the first look to be the last."""
 
+FOLLOWED = 12
+"""Passes over the directions that a polish takes from a near optimum, at most as a rule."""
 LEAST_USABLE = SAMPLE // 4
 """Values that a wavelength has to have on a sample of many directions, if it has as many at all."""
 
@@ -124,6 +128,37 @@ def joined(parts: Sequence[Solution]) -> Solution:
     """Return one solution for the wavelengths of several."""
     names = [field.name for field in fields(Solution)]
     return Solution(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def follow(problem_of: Callable[[npt.NDArray[np.intp]], Problem], solution: Solution) -> Solution:
+    """Polish the ends of a solution in a problem that is near the one that it solves.
+
+    `problem_of` gives the problem of some of the solution's wavelengths, by their places.
+
+    Raises
+    ------
+    DeviceError
+        The device cannot build or run the kernels.
+    """
+    parts = []
+    every = np.arange(len(solution.objective))
+    one = problem_of(every[:1])
+    cost = 16 * one.size[1], FOLLOWED * len(one.seen.features)
+    for block in wavelength_blocks(every, *cost):
+        starts = solution.coordinates[block][:, None]
+        ends = descend(problem_of(block), starts, get_precision("double"), MOST_ITERATIONS, TOLERANCE)
+        parts.append(ends)
+    coordinates, objective, evaluations, converged = (
+        np.concatenate([getattr(part, name)[:, 0] for part in parts])
+        for name in ("coordinates", "objective", "evaluations", "converged")
+    )
+    return replace(
+        solution,
+        coordinates=coordinates,
+        objective=objective,
+        evaluations=solution.evaluations + evaluations,
+        converged=converged,
+    )
 
 
 def _once(

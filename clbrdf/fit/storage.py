@@ -15,13 +15,17 @@ from clbrdf.fit.carried import Part
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
+from clbrdf.fit.through import Through
 from clbrdf.fit.words import remarks_line
+from clbrdf.instrument.place import CONES, LADDER
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
 from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
+from clbrdf.storage.tomlfile import parse_json
 
 if TYPE_CHECKING:
     import h5py
@@ -49,6 +53,9 @@ SETUP = ("weights", "bounds")
 
 MASKS = ("at_bound", "undetermined")
 """Of the estimate, (W, P) as 0 and 1; files before version 0.2 do not hold them."""
+
+ENDS = ("lower", "upper")
+"""Of the profile-likelihood intervals, beside each parameter where there are any."""
 
 SCHEMA = (
     *(Item(name, ("W",)) for name in ("objective", "relative_rms")),
@@ -88,6 +95,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
     group["model"] = fit.model.name
     group["given"], group["shared"] = list(fit.given), list(fit.shared)
     group["seed"] = setup.seed
+    group["gls"] = np.uint8(setup.gls)
     group["weighting"], group["left_out"] = setup.weighting, setup.left_out
     for name in ("smooth", "rtol"):
         value = getattr(setup, name)
@@ -102,7 +110,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
         hdf5.field(data, key, estimate.vector[:, j], row.unit, row.meaning)
         hdf5.field(data, f"{key}_errors", estimate.sigma[:, j], row.unit, f"1σ of {row.name}")
         if estimate.lower is not None and estimate.upper is not None:
-            for name, ends in (("lower", estimate.lower), ("upper", estimate.upper)):
+            for name, ends in zip(ENDS, (estimate.lower, estimate.upper), strict=True):
                 meaning = f"{name} end of the 68.3 % profile-likelihood interval of {row.name}"
                 hdf5.field(data, f"{key}_{name}", ends[:, j], row.unit, meaning)
     hdf5.field(group, "incident_angles", fit.scan.incident_angles, "deg", "rows of σ_r by incident zenith")
@@ -118,6 +126,8 @@ def write(fit: Fit, group: h5py.Group) -> None:
             hdf5.field(group, name, getattr(record, name), "1")
     for name in MASKS:
         hdf5.field(group, name, getattr(estimate, name).astype(np.uint8), "")
+    if fit.through is not None:
+        _write_through(fit.through, hdf5.group(group, "through", "NXcollection"))
     parts = hdf5.group(group, "uncertainty", "NXcollection")
     for k, part in enumerate(estimate.parts):
         one = hdf5.group(parts, f"part_{k}", "NXcollection")
@@ -160,6 +170,11 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         for row in model.parameters
         for end in ("", "_errors")
     ]
+    rows += [
+        Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit), required=False)
+        for row in model.parameters
+        for end in ENDS
+    ]
     values = read_items(data, rows, lengths)
     vector = np.stack([values[_key(name)] for name in model.names], axis=1)
     sigma = np.stack([values[f"{_key(name)}_errors"] for name in model.names], axis=1)
@@ -176,13 +191,54 @@ def read(entry: h5py.Group) -> dict[str, Any]:
         "scan": scan,
         "model": model,
         "setup": setup,
-        "estimate": _with_intervals(data, model, estimate),
+        "estimate": _with_intervals(values, model, estimate),
         "goodness": _goodness(arrays, scan, model, setup, estimate),
         "search": Search(hdf5.read_text(group, "device"), *(arrays[name] for name in SEARCH)),
         "status": np.array([names[code] for code in codes]),
+        "through": _through(group["through"], n) if "through" in group else None,
         "provenance": provenance,
         "monte_carlo": _monte_carlo(group, lengths),
     }
+
+
+def _write_through(through: Through, group: h5py.Group) -> None:
+    group["instrument"] = through.instrument.model_dump_json(exclude_none=True)
+    group["source"] = through.source
+    if through.angle is not None:
+        hdf5.field(group, "angle", through.angle, "deg", "full angle of the aperture's cone")
+    levels = hdf5.field(group, "levels", through.levels, "", "rules for nodes of beam and aperture")
+    levels.attrs["names"] = [rule.name for rule in LADDER]
+
+
+THROUGH = (
+    Item("angle", ("N",), units.ANGLE, required=False),
+    Item("levels", ("N", str(len(CONES))), kind="whole"),
+)
+"""Arrays of the instrument that a fit looked through."""
+
+
+def _through(group: h5py.Group, directions: int) -> Through:
+    arrays = read_items(group, THROUGH, {"N": directions})
+    rules = {rule.name: place for place, rule in enumerate(LADDER)}
+    names, levels = text_list_attribute(group["levels"], "names"), arrays["levels"]
+    unknown = [name for name in names if name not in rules]
+    if unknown or levels.min() < 0 or levels.max() >= len(names):
+        said = shortened(repr(unknown[0])) if unknown else f"{levels.min()} to {levels.max()}"
+        raise InputError(
+            f"{clean(group.name)}/levels holds {said}, no rule that is known; fit the scan again"
+        )
+    places = np.array([rules[name] for name in names], dtype=np.uint8)
+    through = Through(
+        instrument=parse_json(
+            hdf5.read_text(group, "instrument"), Instrument, f"{clean(group.name)}/instrument"
+        ),
+        source=hdf5.read_text(group, "source"),
+        angle=arrays.get("angle"),
+        levels=places[levels],
+    )
+    if through.angle is not None and not ((through.angle >= 0.0) & (through.angle < 180.0)).all():
+        raise InputError(f"{clean(group.name)}/angle holds no angles of cones; fit the scan again")
+    return through
 
 
 def _monte_carlo(group: h5py.Group, lengths: Mapping[str, int]) -> MonteCarlo | None:
@@ -220,6 +276,7 @@ def _setup(
         shared=_names(group, "shared", model),
         method=hdf5.read_text(group, "method"),
         seed=int(read_items(group, [Item("seed", kind="whole")])["seed"]),
+        gls="gls" in group and bool(read_items(group, [Item("gls", kind="truth")])["gls"]),
         **told,
         **{name: arrays[name] for name in SETUP},
     )
@@ -269,23 +326,12 @@ def _parts(group: h5py.Group, lengths: Mapping[str, int]) -> tuple[Part, ...]:
     )
 
 
-def _with_intervals(data: h5py.Group, model: Model, estimate: Estimate) -> Estimate:
+def _with_intervals(values: Mapping[str, Array], model: Model, estimate: Estimate) -> Estimate:
     """Add the profile-likelihood intervals, where the file holds them."""
-    names = [f"{_key(name)}_{end}" for end in ("lower", "upper") for name in model.names]
-    if not all(name in data for name in names):
+    names = [[f"{_key(name)}_{end}" for name in model.names] for end in ENDS]
+    if not all(name in values for row in names for name in row):
         return estimate
-    found = read_items(
-        data,
-        [
-            Item(f"{_key(row.name)}_{end}", ("W",), units.same_as(row.unit))
-            for row in model.parameters
-            for end in ("lower", "upper")
-        ],
-        {"W": len(estimate.vector)},
-    )
-    lower, upper = (
-        np.stack([found[f"{_key(name)}_{end}"] for name in model.names], axis=1) for end in ("lower", "upper")
-    )
+    lower, upper = (np.stack([values[name] for name in row], axis=1) for row in names)
     return replace(estimate, lower=lower, upper=upper)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,11 @@ import numpy.typing as npt
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import Search
 from clbrdf.fit.remarks import Remark, Remarks
+from clbrdf.instrument.place import CONES, LADDER
+
+if TYPE_CHECKING:
+    from clbrdf.fit.result import Fit
+    from clbrdf.fit.through import Through
 
 Array = npt.NDArray[np.float64]
 
@@ -49,6 +55,45 @@ def search_lines(search: Search) -> tuple[str, ...]:
     """Return what a tolerance chose, and the next better search, in words; empty without a tolerance."""
     told = [str(rung) for rung in search.rungs]
     return (f"{told[0]} (measured on {search.sample} of them)", *told[1:]) if told else ()
+
+
+def through_lines(fit: Fit) -> tuple[str, ...]:
+    """Return what a fit took the detector to see, in words; empty where nothing tells of an instrument."""
+    through, scan = fit.through, fit.scan
+    band = scan.bandpass is not None and (through is None or through.instrument.bandwidth is None)
+    apart = ("the scan's bandpass is left out; smooth fits take one as wide as wavelengths are apart",)
+    if through is None:
+        aperture = scan.solid_angle is not None
+        points = ("points; the aperture that the scan tells of is left out",)
+        return (*(points if aperture else ()), *(apart if band else ()))
+    names = [f"{name} {_cone(through, name)}" for k, name in enumerate(CONES) if k in through.cones]
+    names += [name for name in through.instrument.on() if name not in (*CONES, "bandwidth")]
+    if through.instrument.bandwidth is not None:
+        names.append(f"bandwidth {through.instrument.bandwidth.width:.4g} nm")
+    lines = [f"{', '.join(names)}, as {through.source} says"]
+    for k in through.cones:
+        rules = [LADDER[level] for level in np.unique(through.levels[:, k])]
+        parts = []
+        for kind, words in (
+            ("point", "as points"),
+            ("rings", "by rings"),
+            ("peak", "by circles about the peak"),
+        ):
+            chosen = [rule for rule in rules if rule.kind == kind]
+            count = sum(int((through.levels[:, k] == LADDER.index(rule)).sum()) for rule in chosen)
+            if count:
+                nodes = f" ({span([rule.count for rule in chosen], 4)} nodes)" if kind != "point" else ""
+                parts.append(f"{count} {words}{nodes}")
+        lines.append(f"{CONES[k]}: of {len(through.levels)} directions {', '.join(parts)}")
+    return (*lines, *(apart if band else ()))
+
+
+def _cone(through: Through, name: str) -> str:
+    if name == "beam":
+        assert through.instrument.beam is not None
+        return f"{through.instrument.beam.angle:.4g}°"
+    assert through.angle is not None
+    return f"{span(through.angle[through.angle > 0.0].tolist(), 4)}°"
 
 
 def listed(names: Sequence[str]) -> str:

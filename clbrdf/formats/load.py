@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.formats.guard import Decision, Options, decide
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.registry import Format, find_format, formats, get_format
@@ -146,7 +146,8 @@ def load_one(paths: Sequence[str | Path], sample: str | None = None, options: Op
     if len(loaded.scans) > 1:
         listed = list(dict.fromkeys(scan.sample for scan in loaded.scans.values()))
         where = ", ".join(str(path) for path in paths)
-        raise InputError(f"{where}: holds {len(listed)} samples; choose one with --sample: {_quoted(listed)}")
+        option = advice("sample", "--sample")
+        raise InputError(f"{where}: holds {len(listed)} samples; choose one with {option}: {_quoted(listed)}")
     return next(iter(loaded.scans.values()))
 
 

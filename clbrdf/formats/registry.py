@@ -8,7 +8,7 @@ from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.formats.reading import Reading
 from clbrdf.formats.text import CONTROL, check_file, wide_encoding
 from clbrdf.scan import Scan
@@ -151,14 +151,15 @@ def find_format(path: Path) -> Format:
         if control:
             raise InputError(
                 f"{path}: not a text file (byte {control.start()} is {control.group()[0]}), and of no known"
-                " binary format; name one with --format"
+                f" binary format; name one with {_option()}"
             )
         raise InputError(
-            f"{path}: the content is of no known format; name one with --format ('clbrdf formats' lists them)"
+            f"{path}: the content is of no known format; name one with {_option()}"
+            " ('clbrdf formats' lists them)"
         )
     found = [name for name, answer in answers.items() if answer == best]
     if best == SURE and len(found) > 1:
-        raise InputError(f"{path}: may be {' or '.join(found)}; choose with --format")
+        raise InputError(f"{path}: may be {' or '.join(found)}; choose with {_option()}")
     return formats()[found[0]]
 
 
@@ -179,4 +180,9 @@ def format_for_writing(path: Path, name: str | None = None) -> Format:
         if path.name.casefold().endswith(each.endings):
             return each
     known = ", ".join(f"{each.name} ({each.endings[0]})" for each in writers.values())
-    raise InputError(f"{path}: no format writes files of this ending; name one with --format: {known}")
+    raise InputError(f"{path}: no format writes files of this ending; name one with {_option()}: {known}")
+
+
+def _option() -> str:
+    """Return what names a format."""
+    return advice("format_name", "--format")

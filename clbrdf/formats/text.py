@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 
 Array = npt.NDArray[np.float64]
 S = TypeVar("S", bound=Sized)
@@ -76,7 +76,7 @@ def decoded(path: Path, raw: bytes) -> str:
         if control:
             raise InputError(
                 f"{path}: not a text file (byte {control.start()} is {control.group()[0]});"
-                " name its format with --format if it is a binary one"
+                f" name its format with {advice('format_name', '--format')} if it is a binary one"
             )
         encoding = "utf-8"
     try:

@@ -41,8 +41,10 @@ class Aperture(Settings):
         if not isinstance(value, Mapping) or not {"diameter", "distance"} & set(value):
             return value
         rest = {name: setting for name, setting in value.items() if name not in ("diameter", "distance")}
-        lengths = [value.get("diameter"), value.get("distance")]
-        if "angle" in rest or not all(isinstance(v, int | float) and v > 0.0 for v in lengths):
+        lengths = [
+            v for v in map(value.get, ("diameter", "distance")) if isinstance(v, int | float) and v > 0.0
+        ]
+        if "angle" in rest or len(lengths) != 2:
             raise ValueError("give angle, or diameter and distance, both in mm and above 0")
         return {**rest, "angle": math.degrees(2.0 * math.atan(lengths[0] / 2.0 / lengths[1]))}
 

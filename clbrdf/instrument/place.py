@@ -76,13 +76,15 @@ def check_horizon(instrument: Instrument, angle: Array | None, directions: Direc
     `where` stands for the source of the settings in the message.
     """
     true, _ = _true(instrument, directions)
-    cones = [("beam", "θi", true.theta_i, 0.0 if instrument.beam is None else instrument.beam.angle)]
-    cones.append(("aperture", "θr", true.theta_r, 0.0 if angle is None else angle))
-    for name, word, zenith, full in cones:
-        reach = np.where(np.asarray(full) > 0.0, zenith + np.asarray(full) / 2.0, 0.0)
+    beam = np.full(len(true), 0.0 if instrument.beam is None else instrument.beam.angle)
+    for name, word, zenith, full in (
+        ("beam", "θi", true.theta_i, beam),
+        ("aperture", "θr", true.theta_r, np.zeros(len(true)) if angle is None else angle),
+    ):
+        reach = np.where(full > 0.0, zenith + full / 2.0, 0.0)
         if reach.max() >= LOWEST:
             k = int(reach.argmax())
-            width = float(np.broadcast_to(full, len(zenith))[k])
+            width = float(full[k])
             raise InputError(
                 f"{where}: {name} of {width:.3g}° about {word} = {zenith[k]:g}° reaches below the horizon;"
                 f" leave out directions beyond {LOWEST - width / 2.0:.5g}°, or fit points (--point)"

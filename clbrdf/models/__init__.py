@@ -16,7 +16,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.models import library, tuned
 from clbrdf.models.find import find_page, own_names, page_names
 from clbrdf.models.make import Part, make_model
@@ -99,7 +99,8 @@ def get_model(name: str | Model | Page = DEFAULT_MODEL, *, force: bool = False) 
     whole = [page.name for page, _ in pieces if page.kind == "whole" and not any(t.base for t in page.terms)]
     if len(whole) > 1 and not force:
         raise InputError(
-            f"model {name!r} adds up whole surfaces ({', '.join(whole)}); take one of them, or --force"
+            f"model {name!r} adds up whole surfaces ({', '.join(whole)}); take one of them, or"
+            f" {advice('get_model(name, force=True)', '--force')}"
         )
     return _model(tuple(pieces))
 

@@ -146,6 +146,7 @@ def check_fit(
         problem = make_problem(
             *(fit.scan.columns(one), fit.setup.weights[:, one], fit.model, fit.setup.bounds, choose_device()),
             given={name: fit.parameters[name][one] for name in (*fit.given, *fit.shared)},
+            observation=fit.observation,
         )
         jobs.append((problem, seed, effort))
     found = run_jobs(executor or Serial(), _search, jobs, len(jobs), report)

@@ -12,18 +12,23 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
-from clbrdf.records import Record, frozen_map
+from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, root_sum
 from clbrdf.scan.component_storage import write_components
 from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
+from clbrdf.scan.select import Index, picked, selected
 from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
+from clbrdf.scan.told import main_rows, one_line
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
     import h5py
+    import pandas as pd
+    import xarray as xr
 
 Array = npt.NDArray[np.float64]
 
@@ -141,6 +146,55 @@ class Scan(Record):
 
     def __len__(self) -> int:
         return len(self.theta_i)
+
+    def __repr__(self) -> str:
+        return one_line(self)
+
+    def _repr_html_(self) -> str:
+        return html_table("Scan", main_rows(self))
+
+    def __getitem__(self, index: Index | tuple[Index, Index]) -> Scan:
+        """Return the scan in some directions, and with a second index at some wavelengths.
+
+        Each is a slice, an array of places, or a mask; `sel` takes angles and wavelengths.
+
+        Examples
+        --------
+        >>> scan = Scan([30.0, 40.0], 0.0, 30.0, 180.0, [550.0, 650.0], [[0.3, 0.4], [0.5, 0.6]])
+        >>> scan[scan.theta_i > 35.0, :1].brdf
+        array([[0.5]])
+        """
+        return selected(self, index)
+
+    def sel(
+        self,
+        *,
+        wavelength: float | slice | Sequence[float] | None = None,
+        theta_i: float | slice | Sequence[float] | None = None,
+        phi_i: float | slice | Sequence[float] | None = None,
+        theta_r: float | slice | Sequence[float] | None = None,
+        phi: float | slice | Sequence[float] | None = None,
+    ) -> Scan:
+        """Return the scan at some wavelengths, nm, and in directions of some angles, degrees.
+
+        A number or several take values that are the same to 1e-6°, of wavelengths the nearest; a slice takes
+        what lies between, both ends included: ``scan.sel(wavelength=slice(400, 700), theta_i=30)``.
+
+        Raises
+        ------
+        InputError
+            Nothing is left, or wavelengths are asked of a scan of bands.
+        """
+        asked = {"theta_i": theta_i, "phi_i": phi_i, "theta_r": theta_r, "phi": phi}
+        return picked(self, asked, wavelength)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a table of pandas, one row a value; needs the extra clbrdf[table]."""
+        return to_dataframe(self)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return a dataset of xarray over direction and wavelength; needs the extra clbrdf[table]."""
+        return to_xarray(self)
 
     @property
     def phi(self) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
+from clbrdf.instrument.aperture import solid_angle
 from clbrdf.instrument.misalignment import misaligned
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
@@ -176,6 +177,7 @@ def simulate(
         if block.flagged is not None:
             flags[part] = block.flagged * np.uint32(1 << len(FLAGS))
         report(part.stop, n)
+    solid, bandpass = receiver(scene, n)
     return Scan(
         setting.nominal.theta_i,
         np.zeros(1),
@@ -188,6 +190,8 @@ def simulate(
         flag_names=flag_names(scene),
         sample=scene.sample,
         instrument=instrument(scene),
+        solid_angle=solid,
+        bandpass=bandpass,
         components=components_of(scene, 0.0 if noise is None else noise),
         provenance={"made_by": "clbrdf simulate", "seed": str(scene.seed)},
     )
@@ -231,6 +235,15 @@ def components_of(scene: Scene, noise: npt.ArrayLike) -> tuple[Component, ...]:
 def flag_names(scene: Scene) -> tuple[str, ...]:
     """Names of the reasons for masking."""
     return FLAGS if scene.effects.saturation is None else (*FLAGS, SATURATED)
+
+
+def receiver(scene: Scene, directions: int) -> tuple[Array | None, Array | None]:
+    """Return what a scan says of its receiver: solid angles (N,), sr, and bandpass (W,), nm, or None."""
+    aperture, bandwidth = scene.effects.aperture, scene.effects.bandwidth
+    return (
+        None if aperture is None else np.full(directions, solid_angle(aperture.angle)),
+        None if bandwidth is None else np.full(len(scene.wavelength), bandwidth.width),
+    )
 
 
 def instrument(scene: Scene) -> str:

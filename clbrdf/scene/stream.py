@@ -26,6 +26,7 @@ from clbrdf.scene.simulate import (
     has_sigma,
     instrument,
     noise_of,
+    receiver,
 )
 from clbrdf.storage import hdf5
 
@@ -118,6 +119,11 @@ def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[st
     angles = {"theta_i": nominal.theta_i, "phi_i": zero, "theta_r": nominal.theta_r, "phi_r": nominal.phi}
     data = write_frame(entry, angles, setting.wavelength, scene.sample, instrument(scene))
     shape = (len(nominal), len(scene.wavelength))
+    solid, bandpass = receiver(scene, shape[0])
+    if solid is not None:
+        hdf5.field(data, "solid_angle", solid, "sr", "solid angle of the receiver")
+    if bandpass is not None:
+        hdf5.field(data, "bandpass", bandpass, "nm", "full width at half maximum")
 
     def room(name: str, kind: npt.DTypeLike, units: str, meaning: str) -> Any:
         dataset = data.create_dataset(name, shape, kind)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.parallel.ending import undone_at_end
 
 TRIED = 4096
@@ -52,7 +52,7 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
     if target.is_dir():
         raise InputError(f"{target}: is a folder; name a file in it")
     if target.exists() and not overwrite:
-        raise InputError(f"{target}: exists already; choose another name or add --overwrite")
+        raise _existing(target)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the folder {target.parent} does not exist; create it first")
     _try_out(target)
@@ -85,6 +85,11 @@ def _unwritten(target: Path, error: OSError) -> InputError:
     }
     mend = mends.get(error.errno or 0, "choose another folder")
     return InputError(f"{target}: cannot be written ({error.strerror or error}); {mend}")
+
+
+def _existing(target: Path) -> InputError:
+    add = advice("give overwrite=True", "add --overwrite")
+    return InputError(f"{target}: exists already; choose another name or {add}")
 
 
 def check_apart(outputs: Iterable[str | Path | None], inputs: Iterable[str | Path] = ()) -> None:
@@ -123,7 +128,7 @@ def _filled(part: Path, target: Path, overwrite: bool) -> Iterator[Path]:
         else:
             os.link(part, target)  # unlike a rename, it never replaces a file that came meanwhile
     except FileExistsError as error:
-        raise InputError(f"{target}: exists already; choose another name or add --overwrite") from error
+        raise _existing(target) from error
     except OSError as error:
         raise _unwritten(target, error) from error
     finally:

@@ -51,6 +51,8 @@ def fit_options(
     shared: Sequence[str],
     smooth: float | None,
     rtol: float | None,
+    through: str | None = None,
+    point: bool = False,
     monte_carlo: int | None = None,
 ) -> dict[str, object]:
     """Return the options of `clbrdf fit` in the order in which a fit file names them."""
@@ -60,6 +62,8 @@ def fit_options(
         "shared": list(shared) or None,
         "smooth": smooth,
         "rtol": rtol,
+        "through": through,
+        "point": "yes" if point else None,
         "monte-carlo": monte_carlo,
     }
 
@@ -73,6 +77,8 @@ def choose_options(
     method: str,
     seed: int,
     force: bool,
+    through: str | None = None,
+    point: bool = False,
 ) -> dict[str, object]:
     """Return the options of `clbrdf choose` in the order in which a fit file names them."""
     options: dict[str, object] = {"models": models, "weights": weights, "fix": list(fix)}
@@ -81,4 +87,6 @@ def choose_options(
         "method": method,
         "seed": seed,
         "force": "yes" if force else None,
+        "through": through,
+        "point": "yes" if point else None,
     }

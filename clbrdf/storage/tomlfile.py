@@ -62,6 +62,20 @@ def parse_toml(text: str, kind: type[S], name: str) -> S:
         raise InputError(f"{name}: holds a number that cannot be computed with ({error})") from error
 
 
+def parse_json(text: str, kind: type[S], name: str) -> S:
+    """Read settings that a file of ours holds as JSON; `name` stands for the place in messages.
+
+    Raises
+    ------
+    InputError
+        As `load_toml`.
+    """
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        raise InputError(f"{name}: {_first_complaint(error, kind)}") from error
+
+
 def _first_complaint(error: ValidationError, kind: type[BaseModel]) -> str:
     first = error.errors(include_url=False)[0]
     place = [part for part in first["loc"] if part != "function-after"]

@@ -203,11 +203,14 @@ def test_workers_that_cannot_take_part(client, scans, tmp_path, monkeypatch):
         look_at_workers(client, "99")
     told = []
     later = request(version="99")
-    with open_catalogue(tmp_path / "catalogue", later, resume=False) as catalogue:
-        outcome = run_batch(client, [Source(str(scans[0]), "foil0")], catalogue, 2, tell=told.append)
-    assert outcome.fitted == 0
-    assert "no worker can take it" in outcome.failed[str(scans[0])]
-    assert any("is left out: runs clbrdf" in text for text in told)
+    monkeypatch.setattr("clbrdf.batch.run.ANSWER_TIME", 0.5)
+    with (
+        open_catalogue(tmp_path / "catalogue", later, resume=False) as catalogue,
+        pytest.raises(ClbrdfError, match=r"no worker is left that can take part; tcp://.*: runs clbrdf"),
+    ):
+        run_batch(client, [Source(str(scans[0]), "foil0")], catalogue, 2, tell=told.append)
+    assert len(told) == 2
+    assert all("is left out: runs clbrdf" in text for text in told)
 
 
 def test_a_worker_without_a_device_is_left_out(scans, tmp_path):

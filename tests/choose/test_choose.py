@@ -167,7 +167,7 @@ def test_models_may_be_a_text_with_the_usual_ones(made_scan):
     ("models", "given", "message"),
     [
         ("nonesuch", {}, "no model is called 'nonesuch'"),
-        ("hapke+rpv", {}, "adds up whole surfaces .* or --force"),
+        ("hapke+rpv", {}, "adds up whole surfaces .* or get_model"),
         ("", {}, "no models to compare"),
         (["lambert"], {"fix": {"n": 1.5}}, "none of the models has a parameter 'n' to fix: lambert"),
         (["rayleigh_rice"], {}, "no model is left to compare .rayleigh_rice: .* needs n"),

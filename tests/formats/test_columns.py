@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError
-from clbrdf.formats.load import load_one
+from clbrdf.formats.load import load, load_one
 
 HEADER = "sample,wavelength_nm,theta_i_deg,theta_r_deg,dphi_deg,fr_per_sr,fr_std_per_sr,flag"
 ROW = "foil,550,30,20,180,1.5,0.1,"
@@ -89,7 +89,7 @@ def test_one_wavelength_a_file(tmp_path):
 
 def test_samples_are_chosen_by_name(tmp_path):
     path = write(tmp_path, HEADER, ROW, ROW.replace("foil", "tile"))
-    with pytest.raises(InputError, match="holds 2 samples; choose one with --sample: 'foil', 'tile'"):
+    with pytest.raises(InputError, match="holds 2 samples; choose one with sample: 'foil', 'tile'"):
         load_one([path])
     with pytest.raises(InputError, match="no sample is called 'wood'; there are 'foil', 'tile'"):
         load_one([path], "wood")
@@ -110,8 +110,8 @@ def test_samples_are_chosen_by_name(tmp_path):
             [HEADER.replace("_nm", "_furlong"), ROW],
             "'wavelength_furlong' has the unit 'furlong'; known are nm, angstrom, um, mm, m",
         ),
-        ([HEADER.replace("_nm", ""), ROW.replace("550", "55")], "55 to 55 may be in nm or in µm; .* --unit"),
-        ([HEADER.replace("_per_sr", ""), ROW], "nothing says what scale values have .* --scale 1 or"),
+        ([HEADER.replace("_nm", ""), ROW.replace("550", "55")], "55 to 55 may be in nm or in µm; .* length="),
+        ([HEADER.replace("_per_sr", ""), ROW], "nothing says what scale values have .* scale=.1. or"),
         ([HEADER.replace("fr_per_sr", "fr_percent"), ROW], "'fr_percent' has the unit 'percent'"),
         ([HEADER + ",brdf_per_sr", ROW + ",1"], "'fr_per_sr' and 'brdf_per_sr' both give brdf"),
         ([HEADER, "foil,550,30,20,180,1.5,0.1"], "line 2: 7 cells, and the first line names 8 columns"),
@@ -136,6 +136,88 @@ def test_samples_are_chosen_by_name(tmp_path):
 def test_bad_text_is_refused_with_its_place(tmp_path, lines, message):
     with pytest.raises(InputError, match=message):
         load_one([write(tmp_path, *lines)])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_encodings(tmp_path, encoding):
+    path = tmp_path / "data.csv"
+    path.write_bytes("\n".join([HEADER, ROW, ROW.replace(",20,", ",40,")]).encode(encoding))
+    assert load_one([path]).theta_r.tolist() == [20.0, 40.0]
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas(tmp_path, separator):
+    row = ROW.replace(",", separator).replace(".", ",")
+    loaded = load([write(tmp_path, HEADER.replace(",", separator), row)])
+    (scan,) = loaded.scans.values()
+    assert (scan.brdf[0, 0], scan.sigma[0, 0]) == (1.5, 0.1)
+    assert loaded.notes["foil"] == ("commas in numbers are taken for decimal points",)
+
+
+def test_a_quoted_cell_may_hold_separators_and_line_ends(tmp_path):
+    rows = [
+        '"foil, one\nof two",550,30,20,180,1.5,0.1,',
+        "tile,550,30,20,180,0.5,,",
+        '"5"" foil",550,30,20,180,1,,',
+    ]
+    loaded = load([write(tmp_path, HEADER, *rows)])
+    assert [scan.sample for scan in loaded.scans.values()] == ['5" foil', "foil, one of two", "tile"]
+    assert load([write(tmp_path, HEADER, 'foil 5",550,30,20,180,1.5,,')]).scans["foil_5"].sample == 'foil 5"'
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (
+            [HEADER, ROW, '"foil' + ROW[4:], ROW],
+            r"csv, line 3: a quote does not close; close or remove it",
+        ),
+        ([HEADER, ROW, "x" * 131_073 + ROW[4:]], r"data\.csv, line 3: a cell of more than 131072 characters"),
+        ([HEADER.replace("sample", "s" * 131_073), ROW], r"data\.csv, line 1: not CSV"),
+        ([HEADER, ROW.replace("foil", "fo\0il")], r"data\.csv: not a text file \(byte \d+ is 0\)"),
+        (
+            [HEADER, ROW.replace(".", ",")],
+            "10 cells.*columns; if commas stand for decimal points",
+        ),
+        (
+            [HEADER.replace(",", ";"), ROW.replace(",", ";"), ROW.replace(",", ";").replace(".", ",")],
+            "line 2, column fr_per_sr: '1.5' has a point, and other numbers of the column have a comma",
+        ),
+        ([HEADER.replace("_nm", "_" + "n" * 5000), ROW], "column 'wavelength_nnn"),
+    ],
+)
+def test_csv_that_no_reader_takes(tmp_path, lines, message):
+    with pytest.raises(InputError, match=message) as error:
+        load_one([write(tmp_path, *lines)])
+    assert len(str(error.value)) < 500
+
+
+def test_columns_may_be_called_otherwise(tmp_path):
+    path = write(
+        tmp_path, "Angle in;Angle out;turn;lambda [nm];value", "30;20;180;550;1,5", "30;25;180;550;1,6"
+    )
+    names = {
+        "Angle in": "theta_i_deg",
+        "angle  out": "theta_r_deg",
+        "turn": "dphi_deg",
+        "lambda [nm]": "wavelength_nm",
+        "value": "fr_per_sr",
+    }
+    (scan,) = load([path], names=names).scans.values()
+    assert scan.brdf.tolist() == [[1.5], [1.6]]
+    for wrong, said in (
+        ({"Angel": "theta_i_deg"}, "column 'Angel' is not there; the columns are Angle in, Angle out"),
+        ({"value": "albedo"}, "'albedo' is no name of a column; there are theta_i"),
+        ({"Angle in": "theta_i_deg"}, "no column for .*theta_r"),
+    ):
+        with pytest.raises(InputError, match=said):
+            load([path], names=wrong)
+    with pytest.raises(InputError, match="--map names columns of a table, and merl has none"):
+        load([path], names=names, format_name="merl")
+    wide = write(tmp_path, "# BRDF", "in,out,turn,550nm,650nm", "30,20,180,1.5,1.6")
+    names = {"in": "theta_i_deg", "out": "theta_r_deg", "turn": "dphi_deg"}
+    (scan,) = load([wide], names=names).scans.values()
+    assert scan.brdf.tolist() == [[1.5, 1.6]]
 
 
 def test_missing_and_binary_files(tmp_path):

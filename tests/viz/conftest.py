@@ -74,16 +74,18 @@ def fit_of(scan: Scan, parameters: dict[str, object], status: str = "converged")
 def fit_by_hand(scan, model):
     """Return a fit of any model with its default parameters."""
     fit = fit_of(scan, FOIL)
-    w = len(scan.labels)
-    values = {p.name: np.full(w, p.default) for p in model.parameters}
-    return replace(
-        fit,
-        model=model,
-        parameters=values,
-        sigma={n: 0.01 * np.abs(v) for n, v in values.items()},
-        correlation=np.tile(np.eye(len(values)), (w, 1, 1)),
-        bounds=model.bounds(),
+    w, size = len(scan.labels), len(model.names)
+    vector = np.tile(model.defaults, (w, 1))
+    none = np.zeros(vector.shape, dtype=np.bool_)
+    estimate = replace(
+        fit.estimate,
+        vector=vector,
+        sigma=0.01 * np.abs(vector),
+        correlation=np.tile(np.eye(size), (w, 1, 1)),
+        at_bound=none,
+        undetermined=none,
     )
+    return replace(fit, model=model, setup=replace(fit.setup, bounds=model.bounds()), estimate=estimate)
 
 
 FOIL = dict(zip(get_model().names, TIN_FOIL, strict=True))

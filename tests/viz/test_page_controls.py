@@ -39,6 +39,7 @@ def test_every_control_by_mouse_and_keyboard(show, foil_page):
         find(f"input[value={scale}]").click()
         assert comes_true(lambda s=scale: f"scale={s}" in browser.current_url)
     find("input[value=ratio]").click()
+    settled(browser)
     assert [o.text for o in find("#ratio").find_elements(By.TAG_NAME, "option")] == [
         "the mean of the points",
         "1/cos θr, as BRDF × cosine",

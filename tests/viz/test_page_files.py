@@ -10,8 +10,9 @@ import pytest
 
 from clbrdf import InputError, Scan
 from clbrdf.viz.page import PageSubject, open_for_page, page_text, save_page
-from clbrdf.viz.page.record import subject_record
+from clbrdf.viz.page.record import computable, subject_record
 from clbrdf.viz.page.thin import DIRECTION_BYTES, DOUBLE_BYTES, LARGEST, SINGLE_BYTES, thinning
+from tests.viz.conftest import FOIL, fit_of
 
 
 def test_the_page_fetches_nothing_and_is_small(foil_page):
@@ -54,6 +55,17 @@ def test_warnings_that_the_numbers_call_for(foil_page):
     assert "not reciprocal" in lines
     assert "plane of incidence only" in lines
     assert json.dumps(subject_record(foil_page)["promises"]["theta_i"]) == "[30.0, 45.0, 60.0]"
+
+
+def test_a_fit_of_transmission_leaves_its_scan(foil_page):
+    both = Scan([30.0, 30.0], 0.0, [30.0, 150.0], 180.0, [550.0], [[0.3], [0.2]], sample="film")
+    kept = computable(PageSubject("film", both, fit_of(both, FOIL)))
+    assert kept.fit is None
+    assert len(kept.scan) == 1
+    assert "it holds transmission" in kept.said[-1]
+    text = page_text([PageSubject("film", both, fit_of(both, FOIL))])
+    assert text.count("data:image/png;base64,") == 2  # for readers without scripts, and for all
+    assert computable(foil_page) is foil_page
 
 
 def test_files(foil_file, small_scan, tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -219,3 +221,15 @@ def test_a_fit_that_the_page_cannot_compute_is_said_and_shown(show, foil_page, m
     warnings = browser.find_element("css selector", ".warnings").text
     assert "the fit of wang2013 is not computed here" in warnings
     assert "besselj" in warnings
+
+
+def test_a_fit_without_uncertainties_shows_none(show, foil_page):
+    fit = foil_page.fit
+    none = with_part(fit, "estimate", sigma=np.full(fit.vector.shape, np.nan))
+    bare = replace(fit.scan, sigma=None)
+    browser = show(
+        PageSubject("foil", bare, replace(none, scan=bare)), fragment="theta_i=45&theta_r=50&phi=180"
+    )
+    assert "model_per_sr" in readout(browser)
+    assert "±" not in browser.find_element("id", "readout").text
+    assert browser.find_elements("css selector", "#cut polygon") == []

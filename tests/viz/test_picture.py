@@ -18,7 +18,8 @@ from clbrdf.viz.picture import Picture
 from clbrdf.viz.stills import pixels
 from clbrdf.viz.style import Look, rgb
 from clbrdf.viz.subject import Subject
-from tests.viz.conftest import FOIL, all_masked, fit_of
+from tests.planted import with_parameters
+from tests.viz.conftest import all_masked, fit_by_hand, fit_of
 
 pytestmark = pytest.mark.usefixtures("gl")
 
@@ -230,15 +231,7 @@ def test_what_is_measured_makes_the_scale(picture, hemisphere):
     """A model that grows beyond the largest measured zenith, 60°, makes neither scale nor colours there."""
     model = get_model("minnaert")
     scan = hemisphere.rows(hemisphere.theta_r <= 60.0)
-    values = {"rho": np.array([0.9]), "k": np.array([0.2])}
-    fit = replace(
-        fit_of(scan, FOIL),
-        model=model,
-        parameters=values,
-        sigma=values,
-        correlation=np.eye(2)[None],
-        bounds=model.bounds(),
-    )
+    fit = with_parameters(fit_by_hand(scan, model), {"rho": [0.9], "k": [0.2]})
     one = picture([LobeRequest(Subject("growing", scan, fit), 650.0, 40.0)], Look())
     reached = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, 61.0, 0.0))).max()
     edge = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, one.limit, 0.0))).max()

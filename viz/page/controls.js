@@ -56,7 +56,10 @@ function showControls(bar, subjects, state) {
   bar.querySelector("input[value=sigma]").disabled = !s.sigma;
   const ratio = get("ratio");
   const choices = ratioChoices(state, subjects);
-  ratio.replaceChildren(...choices.map(([key, words]) => new Option(words, key)));
+  // An open list would close if its entries were exchanged.
+  const listed = JSON.stringify(choices);
+  if (ratio.dataset.listed !== listed) ratio.replaceChildren(...choices.map(([key, words]) => new Option(words, key)));
+  ratio.dataset.listed = listed;
   ratio.value = choices.some(([key]) => key === state.ratio) ? state.ratio : "mean";
   ratio.closest("label").hidden = state.scale !== "ratio";
   get("hold").checked = !!state.hold;

@@ -26,6 +26,8 @@ function openPage(functions) {
     wanted = new Set();
     const began = performance.now();
     const view = lookAt(state, subjects, quick);
+    // A panel that moves by itself is drawn at once; slow ones otherwise wait until nothing moves.
+    view.waits = quick && !only;
     if (!only) {
       showControls(bar, subjects, state);
       showReadout(view);
@@ -96,9 +98,17 @@ function openPage(functions) {
   addEventListener("resize", () => schedule(false));
   for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", () => drawAll());
   addEventListener("beforeprint", () => drawAll());
-  drawAll();
-  // Milliseconds from the opening of the page.
+  // A quick picture first, then all of it; milliseconds from the opening of the page.
+  wanted = null;
+  draw(true);
+  page.frames = frames = 0;
   page.firstPicture = performance.now();
+  requestAnimationFrame(() =>
+    setTimeout(() => {
+      drawAll();
+      page.wholePicture = performance.now();
+    }, 0),
+  );
 }
 
 // Everything that panels need of a state.
@@ -109,7 +119,7 @@ function lookAt(state, subjects, quick) {
   if (best) {
     view.p = state.live || best;
     view.f = s.surface.of(view.p);
-    if (!state.live) view.uncertainty = s.surface.uncertainty(best, s.parameterSigma(state.column), s.correlation(state.column));
+    if (!state.live && s.hasSigma(state.column)) view.uncertainty = s.surface.uncertainty(best, s.parameterSigma(state.column), s.correlation(state.column));
   }
   view.reference = referenceOf(state, subjects);
   view.scale = makeScale(view);
@@ -138,7 +148,7 @@ function makePanels(host, act, view) {
   add("cut", "Cut through the cursor", "Points with ±σ: measured; line and band: model ±1σ of its parameters; grey: beyond what was measured. Click to move the cursor.", { make: (panel) => makeCut(panel, act), table: cutTable, svg: true });
   add("spectrum", "Spectrum at the cursor", "", { make: (panel) => makeSpectrum(panel, act), table: spectrumTable, svg: true });
   const here = (v) => !!v.f;
-  add("slice", "Half and difference angle", "The model at φi as shown; points: measured, whose φd is near. Left: mirror directions; below: back to the source; above: grazing. Click to move incident angle and cursor.", { fits: here, make: (panel) => makeSlice(panel, act), table: sliceTable, png: true });
+  add("slice", "Half and difference angle", "The model at φi as shown; points: measured, whose φd is near; grey: beyond the largest θi or θr measured. Left: mirror directions; below: back to the source; above: grazing. Click to move incident angle and cursor.", { fits: here, make: (panel) => makeSlice(panel, act), table: sliceTable, png: true });
   add("sphere", "Lit sphere", "", { fits: here, make: (panel) => makeSphere(panel, act), table: sphereTable, png: true });
   add("live", "Parameters by hand", "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum.", { fits: fitted, make: (panel) => makeLive(panel, act), table: liveTable, svg: true });
   add("strip", "Parameters over wavelength", "Bands: ±1σ. Open marks: at a bound or not determined, without uncertainty; crosses: not converged. Click to choose a wavelength.", { wide: true, fits: fitted, make: (panel) => makeStrip(panel, act), table: stripTable, svg: true });

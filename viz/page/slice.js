@@ -29,10 +29,30 @@ function makeSlice(panel, act) {
     act.halfStep(...moves[event.key]);
     event.preventDefault();
   });
-  return { draw: (view) => drawSlice(panel, canvas, range, view) };
+  const cache = { key: "" };
+  return { draw: (view) => view.waits || drawSlice(panel, canvas, range, view, cache) };
 }
 
-function drawSlice(panel, canvas, range, view) {
+// Places of the slice with directions above the horizon, and their features, kept until φd or φi changes.
+function slicePixels(view, cache, inner) {
+  const { s, state } = view;
+  const key = `${state.subject} ${state.phiI} ${state.phiD} ${inner}`;
+  if (cache.key === key) return cache;
+  const places = [];
+  const angles = [];
+  for (let j = 0; j < inner; j++) {
+    for (let i = 0; i < inner; i++) {
+      const at = directionsOfHalf((90 * (i + 0.5)) / inner, 90 - (90 * (j + 0.5)) / inner, state.phiD);
+      if (!at) continue;
+      places.push(j * inner + i);
+      angles.push(at);
+    }
+  }
+  const features = s.surface.features(angles.length, (k) => [angles[k].thetaI, state.phiI, angles[k].thetaR, angles[k].phi]);
+  return Object.assign(cache, { key, places, angles, features });
+}
+
+function drawSlice(panel, canvas, range, view, cache) {
   const { s, state, scale } = view;
   range.value = state.phiD;
   panel.figure.querySelector("output").textContent = `${state.phiD}°`;
@@ -51,18 +71,16 @@ function drawSlice(panel, canvas, range, view) {
   draw.clearRect(0, 0, size, size);
   const inner = view.quick ? 90 : SLICE_PIXELS;
   const image = new ImageData(inner, inner);
-  const paper = parseColour(colours.paper);
-  for (let j = 0; j < inner; j++) {
-    for (let i = 0; i < inner; i++) {
-      const at = directionsOfHalf((90 * (i + 0.5)) / inner, 90 - (90 * (j + 0.5)) / inner, state.phiD);
-      let c = paper;
-      if (at) {
-        const f = view.f(at.thetaI, state.phiI, at.thetaR, at.phi) / view.reference.of(at.thetaI, state.phiI, at.thetaR, at.phi);
-        c = colourAt(scale.place(f), "value");
-      }
-      put(image, j * inner + i, c);
-    }
-  }
+  const [paper, grey] = [parseColour(colours.paper), parseColour(colours.grey)];
+  for (let k = 0; k < inner * inner; k++) put(image, k, paper);
+  const grid = slicePixels(view, cache, inner);
+  const value = s.surface.value(view.p);
+  grid.places.forEach((place, k) => {
+    const at = grid.angles[k];
+    const f = value(grid.features, k * s.surface.count) / view.reference.of(at.thetaI, state.phiI, at.thetaR, at.phi);
+    const c = colourAt(scale.place(f), "value");
+    put(image, place, at.thetaI > s.farthest[0] + 1 || at.thetaR > s.farthest[1] + 1 ? mixed(c, grey, 0.75) : c);
+  });
   const sheet = document.createElement("canvas");
   sheet.width = sheet.height = inner;
   sheet.getContext("2d").putImageData(image, 0, 0);

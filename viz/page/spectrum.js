@@ -36,7 +36,7 @@ function spectrumOf(view) {
     }
     const live = k === state.column && state.live;
     const where = [state.thetaI, state.phiI, state.thetaR, state.phi];
-    const error = live ? NaN : s.surface.uncertainty(p, s.parameterSigma(k), s.correlation(k))(...where);
+    const error = live || !s.hasSigma(k) ? NaN : s.surface.uncertainty(p, s.parameterSigma(k), s.correlation(k))(...where);
     model.push([columnPlace(s, k), s.surface.of(p)(...where), error]);
   }
   return model;

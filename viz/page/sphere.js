@@ -30,13 +30,14 @@ function makeSphere(panel, act) {
     act.light(...moves[event.key]);
     event.preventDefault();
   });
-  return { draw: (view) => drawSphere(panel, canvas, view) };
+  const cache = { key: "" };
+  return { draw: (view) => view.waits || drawSphere(panel, canvas, view, cache) };
 }
 
-// Functions of direction with their weights to X, Y, Z: the wavelengths in groups, each by its middle one.
+// Parameters with their weights to X, Y, Z: the wavelengths in groups, each by its middle one.
 function tones(view, most) {
   const { s, state } = view;
-  if (s.colour.missing || !s.nm || state.live) return { list: [{ f: view.f, weights: [0.9505, 1, 1.089] }], grey: true };
+  if (s.colour.missing || !s.nm || state.live) return { list: [{ p: view.p, weights: [0.9505, 1, 1.089] }], grey: true };
   const weights = unpack(s.colour.D65);
   const fitted = s.labels.map((_, k) => k).filter((k) => s.parameters(k) && (weights[k] || weights[s.columns + k] || weights[2 * s.columns + k]));
   const groups = Math.min(most, fitted.length);
@@ -44,7 +45,7 @@ function tones(view, most) {
   for (let g = 0; g < groups; g++) {
     const members = fitted.slice(Math.floor((g * fitted.length) / groups), Math.floor(((g + 1) * fitted.length) / groups));
     const sums = [0, 1, 2].map((c) => members.reduce((sum, k) => sum + weights[c * s.columns + k], 0));
-    list.push({ f: s.surface.of(s.parameters(members[Math.floor(members.length / 2)])), weights: sums });
+    list.push({ p: s.parameters(members[Math.floor(members.length / 2)]), weights: sums });
   }
   return { list, grey: false, groups, count: fitted.length };
 }
@@ -70,34 +71,51 @@ function lightOf(state) {
   return [Math.sin(az) * Math.cos(el), Math.sin(el), Math.cos(az) * Math.cos(el)];
 }
 
-function drawSphere(panel, canvas, view) {
+// Pixels of the sphere, those that are lit with their angles and features, kept until the light moves.
+function spherePixels(view, cache, inner) {
+  const { s, state } = view;
+  const key = `${state.subject} ${state.light} ${inner}`;
+  if (cache.key === key) return cache;
+  const l = lightOf(state);
+  const [disc, places, angles] = [[], [], []];
+  for (let j = 0; j < inner; j++) {
+    for (let i = 0; i < inner; i++) {
+      const [x, y] = [((2 * (i + 0.5)) / inner - 1) / 0.96, (1 - (2 * (j + 0.5)) / inner) / 0.96];
+      const r2 = x * x + y * y;
+      if (r2 >= 1) continue;
+      disc.push(j * inner + i);
+      const at = anglesOnSphere([x, y, Math.sqrt(1 - r2)], l);
+      if (!at) continue;
+      places.push(j * inner + i);
+      angles.push(at);
+    }
+  }
+  const features = s.surface.features(angles.length, (k) => [angles[k].thetaI, angles[k].phiI, angles[k].thetaR, angles[k].phi]);
+  return Object.assign(cache, { key, disc, places, angles, features });
+}
+
+function drawSphere(panel, canvas, view, cache) {
   const { state } = view;
   const css = Math.max(160, canvas.clientWidth);
   const size = Math.round(css * (window.devicePixelRatio || 1));
   if (canvas.width !== size) Object.assign(canvas, { width: size, height: size });
-  const inner = Math.min(size, view.quick ? 72 : SPHERE_PIXELS);
+  const inner = Math.min(size, view.quick ? 90 : SPHERE_PIXELS);
   const { list, grey, groups, count } = tones(view, view.quick ? 6 : MOST_TONES);
-  const l = lightOf(state);
+  const shown = `${state.subject} ${state.light} ${size} ${inner} ${list.length} ${grey ? view.p.join() : ""} ${theme().panel}`;
+  if (cache.shown === shown) return;
+  cache.shown = shown;
+  const grid = spherePixels(view, cache, inner);
   const xyz = new Float64Array(3 * inner * inner).fill(NaN);
-  const bright = [];
-  for (let j = 0; j < inner; j++) {
-    for (let i = 0; i < inner; i++) {
-      const [x, y] = [(2 * (i + 0.5)) / inner - 1, 1 - (2 * (j + 0.5)) / inner];
-      const [nx, ny] = [x / 0.96, y / 0.96];
-      const r2 = nx * nx + ny * ny;
-      if (r2 >= 1) continue;
-      const place = 3 * (j * inner + i);
-      xyz.fill(0, place, place + 3);
-      const at = anglesOnSphere([nx, ny, Math.sqrt(1 - r2)], l);
-      if (!at) continue;
-      for (const { f, weights } of list) {
-        const radiance = Math.PI * f(at.thetaI, at.phiI, at.thetaR, at.phi) * at.cosI;
-        if (!(radiance > 0) || radiance === Infinity) continue;
-        for (let c = 0; c < 3; c++) xyz[place + c] += weights[c] * radiance;
-      }
-      bright.push(xyz[place + 1]);
-    }
+  for (const place of grid.disc) xyz.fill(0, 3 * place, 3 * place + 3);
+  for (const { p, weights } of list) {
+    const value = view.s.surface.value(p);
+    grid.places.forEach((place, k) => {
+      const radiance = Math.PI * value(grid.features, k * view.s.surface.count) * grid.angles[k].cosI;
+      if (!(radiance > 0) || radiance === Infinity) return;
+      for (let c = 0; c < 3; c++) xyz[3 * place + c] += weights[c] * radiance;
+    });
   }
+  const bright = grid.places.map((place) => xyz[3 * place + 1]);
   bright.sort((a, b) => a - b);
   const white = bright.length ? bright[Math.floor(0.98 * (bright.length - 1))] || 1 : 1;
   const image = new ImageData(inner, inner);

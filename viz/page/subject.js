@@ -18,6 +18,8 @@ function makeSubject(record, functions) {
   s.count = s.thetaI.length;
   s.angles = [...new Set(s.thetaI)].sort((a, b) => a - b);
   s.azimuths = [...new Set(s.phiI)].sort((a, b) => a - b);
+  // The largest incident and view zenith measured.
+  s.farthest = [s.thetaI, s.thetaR].map((list) => list.reduce((a, b) => Math.max(a, b), 0));
   s.at = (row, column) => row * s.columns + column;
   s.usable = (row, column) => s.flags[s.at(row, column)] === 0;
   s.measured = (row, column) => s.brdf[s.at(row, column)];
@@ -72,6 +74,8 @@ function addFit(s, fit, functions) {
     return p.every(Number.isFinite) ? p : null;
   };
   s.parameterSigma = (column) => arrays.sigma.subarray(column * size, (column + 1) * size);
+  // Without a single one a model has no uncertainty, which is not the uncertainty 0.
+  s.hasSigma = (column) => s.parameterSigma(column).some(Number.isFinite);
   s.correlation = (column) => arrays.correlation.subarray(column * pairs, (column + 1) * pairs);
   let features = null;
   // E of (13) over the directions in this page.

@@ -46,7 +46,7 @@ const differenceOf = (a, b) => Math.hypot(...a.map((v, k) => v - b[k]));
 // parameter has an uncertainty.
 function slopesInCut(view, fitted, list) {
   const { s, state } = view;
-  if (!fitted.some((p, k) => p && s.parameterSigma(k).some(Number.isFinite))) return null;
+  if (!fitted.some((p, k) => p && s.hasSigma(k))) return null;
   const functions = fitted.map((p) => p && s.surface.slopes(p));
   for (const e of list) {
     e.slopes = functions.map((f) => {

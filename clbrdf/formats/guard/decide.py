@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice, settled
 from clbrdf.formats.guard import evidence
 from clbrdf.formats.guard.hemisphere import Total, total_of
 from clbrdf.formats.guard.options import Decision, Options
@@ -121,7 +121,8 @@ def _origin(path: str, reading: Reading, options: Options) -> tuple[Reading, lis
             seen = found.words if found.at == "centre" else shifted
             raise InputError(
                 f"{path}: {seen}, as when view angles are counted from the specular direction; settle it with"
-                " --origin specular, or --origin normal to take the angles as they are"
+                f" {settled('origin', '--origin', 'specular')}, or {settled('origin', '--origin', 'normal')}"
+                " to take the angles as they are"
             )
     if origin == "normal":
         return reading, []
@@ -169,7 +170,7 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
         if seen is None:
             raise InputError(
                 f"{path}: nothing says whether φ = 0 or 180 is forward, and {found.words};"
-                " settle it with --phi-forward 0 or --phi-forward 180"
+                f" settle it with {settled('forward', '--phi-forward', 0, 180)}"
             )
         return seen, [Decision("forward", f"forward is φ = {seen:g}° in this file", found.words)]
     if "forward" in stated.sure:
@@ -179,7 +180,8 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
         if seen is not None and seen != stated.forward:
             raise InputError(
                 f"{path}: {found.words}, and forward should be φ = {stated.forward:g}°; settle it with"
-                f" --phi-forward {seen:g}, or --phi-forward {stated.forward:g} for a surface that"
+                f" {settled('forward', '--phi-forward', int(seen))}, or"
+                f" {settled('forward', '--phi-forward', int(stated.forward))} for a surface that"
                 " reflects back"
             )
     decisions = [Decision("forward", f"forward is φ = {stated.forward:g}°", f"{why}; {found.words}")]
@@ -212,7 +214,7 @@ def _cosine(
         if found.included is None:
             raise InputError(
                 f"{path}: nothing says whether values include cosθr, and {found.words};"
-                " settle it with --cosine included or --cosine none"
+                f" settle it with {_cosine_option(True)} or {_cosine_option(False)}"
             )
         return found.included, [Decision("cosine", words(found.included), found.words), *decisions]
     why = "the format says so" if "cosine" in stated.sure else "the file says so"
@@ -220,8 +222,8 @@ def _cosine(
         should = "with" if stated.cosine else "without"
         raise InputError(
             f"{path}: {found.words}, and values should be {should} cosine; settle it with"
-            f" --cosine {'included' if found.included else 'none'}, or --cosine"
-            f" {'included' if stated.cosine else 'none'} to take the file at its word"
+            f" {_cosine_option(found.included)}, or {_cosine_option(stated.cosine)}"
+            " to take the file at its word"
         )
     return stated.cosine, [Decision("cosine", words(stated.cosine), f"{why}; {found.words}"), *decisions]
 
@@ -246,7 +248,7 @@ def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tup
     seen = (
         f"as they are, values reflect {low:.3g} or more" if totals else "no hemisphere to tell the scale by"
     )
-    ask = " or ".join(f"--scale {name}" for name in fits[:3])
+    ask = settled("scale", "--scale", *fits[:3])
     if stated.scale is None and len(sample.theta_i) == 0:
         return 1.0, [Decision("scale", _words("1"), "no value in the file can be used")]
     if stated.scale is None:
@@ -257,7 +259,8 @@ def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tup
         if "scale" not in stated.sure:
             raise InputError(
                 f"{path}: {_words(stated.scale)}, they would reflect {low * factor:.3g} of what comes in;"
-                f" settle it with {ask}, or --scale {stated.scale} to take the file at its word"
+                f" settle it with {ask}, or {settled('scale', '--scale', stated.scale)}"
+                " to take the file at its word"
             )
         decisions = [
             Decision("check", f"reflects {low * factor:.3g} or more", "more than comes in: doubt the file")
@@ -365,3 +368,8 @@ def _scan(
         bands=bands,
         **reading.extra,
     )
+
+
+def _cosine_option(included: bool) -> str:
+    """Return how it is said that values include the cosine, or do not."""
+    return advice(f"cosine={included}", f"--cosine {'included' if included else 'none'}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice, settled
 from clbrdf.formats.guard.options import Decision, Options
 from clbrdf.formats.reading import Reading
 from clbrdf.geometry import ANGLES
@@ -65,7 +65,7 @@ def _angle_unit(path: str, reading: Reading, options: Options) -> tuple[str, str
         if stated == "rad" and zenith <= np.pi + SLACK:
             raise InputError(
                 f"{path}: zeniths look like radians and an azimuth of {azimuth:g} is none;"
-                " settle it with --unit deg or --unit rad"
+                f" settle it with {settled('angle', '--unit', 'deg', 'rad')}"
             )
         largest = f"a zenith of {zenith:g}" if zenith > np.pi + SLACK else f"an azimuth of {azimuth:g}"
         return "deg", f"{said}; {largest} is no radian" if stated != "deg" else said
@@ -78,7 +78,7 @@ def _angle_unit(path: str, reading: Reading, options: Options) -> tuple[str, str
         return stated or "deg", said
     raise InputError(
         f"{path}: no zenith is above {zenith:.4g}, which fits radians as well as degrees ({said});"
-        " settle it with --unit deg or --unit rad"
+        f" settle it with {settled('angle', '--unit', 'deg', 'rad')}"
     )
 
 
@@ -103,7 +103,7 @@ def _swapped(path: str, reading: Reading, options: Options) -> tuple[Reading, li
         elif small and largest > 90.0:
             raise InputError(
                 f"{path}: view zeniths reach {largest:g}° and azimuths stay below 90°: transmission, or"
-                " exchanged headings; settle it with --swap none or --swap polar"
+                f" exchanged headings; settle it with {settled('swap', '--swap', 'none', 'polar')}"
             )
     if not polar:
         return reading, []
@@ -126,7 +126,9 @@ def settle_spectrum(
     if reading.bands:
         return _bands(path, reading, options)
     if options.wavelength is not None:
-        raise InputError(f"{path}: has wavelengths of its own; leave --wavelength out")
+        raise InputError(
+            f"{path}: has wavelengths of its own; leave {advice('wavelength', '--wavelength')} out"
+        )
     stated, waves = reading.stated.length, reading.spectrum
     low, high = float(waves.min()), float(waves.max())
     said = "the file says so" if stated else "the file does not say"
@@ -143,13 +145,13 @@ def settle_spectrum(
     else:
         raise InputError(
             f"{path}: wavelengths from {low:g} to {high:g} may be in nm or in µm; settle it with"
-            " --unit nm or --unit um"
+            f" {settled('length', '--unit', 'nm', 'um')}"
         )
     nm = waves * (1000.0 if unit == "um" else 1.0)
     if nm.min() < SHORTEST or nm.max() > LONGEST:
         raise InputError(
             f"{path}: {nm.min():g} to {nm.max():g} nm is no wavelength of light;"
-            " settle the unit with --unit nm or --unit um"
+            f" settle the unit with {settled('length', '--unit', 'nm', 'um')}"
         )
     return nm, (), [Decision("length", "nm" if unit == "nm" else "µm", why)]
 
@@ -163,10 +165,13 @@ def _bands(path: str, reading: Reading, options: Options) -> tuple[Array, tuple[
         ]  # fmt: skip
     if len(reading.bands) > 1:
         raise InputError(
-            f"{path}: has the bands {', '.join(reading.bands)}; --wavelength is for files of one"
+            f"{path}: has the bands {', '.join(reading.bands)}; {advice('wavelength', '--wavelength')}"
+            " is for files of one"
         )
     if not SHORTEST <= options.wavelength <= LONGEST:
-        raise InputError(f"--wavelength {options.wavelength:g} nm is no wavelength of light")
+        raise InputError(
+            f"{advice('wavelength', '--wavelength')} {options.wavelength:g} nm is no wavelength of light"
+        )
     return np.array([options.wavelength]), (), [
         Decision("length", f"{options.wavelength:g} nm", "--wavelength")
     ]  # fmt: skip

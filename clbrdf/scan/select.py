@@ -1,0 +1,104 @@
+"""Places of directions and columns of a scan by what they are: angles, wavelengths, bands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+
+if TYPE_CHECKING:
+    from clbrdf.scan.record import Scan
+
+Array = npt.NDArray[np.float64]
+Places = npt.NDArray[np.intp]
+
+Index = slice | Sequence[int] | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
+Wanted = float | slice | Iterable[float]
+
+SAME_ANGLE = 1e-6
+"""Degrees."""
+
+
+def places_of(name: str, values: Array, wanted: Wanted, nearest: bool) -> Places:
+    """Return the places of values that are asked for, in the order of the values.
+
+    Parameters
+    ----------
+    name : str
+        For the message.
+    values : (N,) float64
+    wanted : float, slice or sequence of float
+        A slice takes from start to stop, both included.
+    nearest : bool
+        Whether a number stands for the nearest value, or for the same to SAME_ANGLE.
+
+    Raises
+    ------
+    InputError
+        Nothing is left.
+    """
+    if isinstance(wanted, slice):
+        if wanted.step is not None:
+            raise InputError(f"{name}: a slice takes from start to stop, and has no step here")
+        low = -np.inf if wanted.start is None else float(wanted.start)
+        high = np.inf if wanted.stop is None else float(wanted.stop)
+        found = np.flatnonzero((values >= low) & (values <= high))
+        said = f"from {low:g} to {high:g}"
+    else:
+        numbers = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
+        apart = np.abs(values[None, :] - numbers[:, None])
+        if nearest:
+            found = np.unique(apart.argmin(axis=1))
+        else:
+            found = np.flatnonzero((apart <= SAME_ANGLE).any(axis=0))
+        said = ", ".join(f"{number:g}" for number in numbers)
+    if not len(found):
+        raise InputError(f"the scan has no {name} {said}; it has {values.min():g} to {values.max():g}")
+    return found
+
+
+def selected(scan: Scan, index: Index | tuple[Index, Index]) -> Scan:
+    """Return a scan in some directions, and with a second index at some wavelengths.
+
+    Raises
+    ------
+    InputError
+        A place that the scan does not have.
+    """
+    rows, columns = index if isinstance(index, tuple) else (index, slice(None))
+    out = scan
+    for what, one, count in (("rows", rows, len(scan)), ("columns", columns, len(scan.wavelength))):
+        places = np.arange(count)
+        try:
+            chosen = np.atleast_1d(places[one])
+        except IndexError as error:
+            name = "directions" if what == "rows" else "wavelengths"
+            raise InputError(f"the scan has {count} {name}, and {error}") from None
+        if chosen.shape != places.shape or (chosen != places).any():
+            out = getattr(out, what)(chosen)
+    return out
+
+
+def picked(scan: Scan, angles: Mapping[str, Wanted | None], wavelength: Wanted | None) -> Scan:
+    """Return a scan in directions of some angles and at some wavelengths; None takes all.
+
+    Raises
+    ------
+    InputError
+        Nothing is left, or wavelengths are asked of a scan of bands.
+    """
+    places = np.arange(len(scan))
+    for name, wanted in angles.items():
+        if wanted is not None:
+            values = getattr(scan, name)[places]
+            places = places[places_of(name, values, wanted, nearest=False)]
+    out = selected(scan, places)
+    if wavelength is None:
+        return out
+    if scan.bands:
+        raise InputError(f"the scan has the bands {', '.join(scan.bands)} and no wavelengths")
+    return out.columns(places_of("wavelength", scan.wavelength, wavelength, nearest=True))
