@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -19,12 +20,14 @@ from clbrdf.choose.verdict import verdict
 from clbrdf.errors import InputError
 from clbrdf.fit import fit
 from clbrdf.fit.through import SCAN
-from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, Page
 from clbrdf.objective import weight_matrix
 from clbrdf.opencl.device import Device, choose_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
+
+if TYPE_CHECKING:
+    from clbrdf.instrument.settings import Instrument
 
 __all__ = ["DEFAULT_CANDIDATES", "Choice", "Ranked", "Skipped", "choose", "usual_weights"]
 

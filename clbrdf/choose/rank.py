@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +19,11 @@ from clbrdf.choose.result import Ranked
 from clbrdf.choose.surface import behaviour
 from clbrdf.fit import Fit, fit
 from clbrdf.fit.through import SCAN
-from clbrdf.instrument.settings import Instrument
 from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
+
+if TYPE_CHECKING:
+    from clbrdf.instrument.settings import Instrument
 
 Array = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any, SupportsIndex, cast
+from typing import TYPE_CHECKING, Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,6 @@ from clbrdf.fit.summary import summarise_scan
 from clbrdf.fit.tempering import TemperingSettings
 from clbrdf.fit.through import SCAN, check_through, instrument_behind, look_through
 from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
-from clbrdf.instrument.settings import Instrument
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import unweighted, weight_matrix
 from clbrdf.observation import Observation
@@ -46,6 +45,9 @@ from clbrdf.opencl.device import Device, choose_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
+
+if TYPE_CHECKING:
+    from clbrdf.instrument.settings import Instrument
 
 __all__ = [
     "METHODS",

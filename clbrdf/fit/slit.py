@@ -10,13 +10,16 @@ that are smooth in wavelength solve such a system anyway (`clbrdf.fit.smooth`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit.problem import Problem
-from clbrdf.instrument.bandwidth import Bandwidth, slit_nodes
+
+if TYPE_CHECKING:
+    from clbrdf.instrument.bandwidth import Bandwidth
 
 Array = npt.NDArray[np.float64]
 
@@ -35,6 +38,8 @@ def slit_matrix(settings: Bandwidth, wavelength: Array) -> Array:
     InputError
         The band is narrower than the distance of the wavelengths, between which nothing is known.
     """
+    from clbrdf.instrument.bandwidth import slit_nodes
+
     w = len(wavelength)
     apart = float(np.diff(wavelength).max()) if w > 1 else np.inf
     if settings.width < apart:

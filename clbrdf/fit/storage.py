@@ -17,15 +17,13 @@ from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import STATUSES, Estimate, Goodness, Search, Setup
 from clbrdf.fit.through import Through
 from clbrdf.fit.words import remarks_line
-from clbrdf.instrument.place import CONES, LADDER
-from clbrdf.instrument.settings import Instrument
+from clbrdf.instrument.rules import CONES, LADDER
 from clbrdf.models import Model, remade
 from clbrdf.objective import WEIGHTS
 from clbrdf.observation import ForwardModel
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, clean, read_items, read_texts, text_list_attribute
-from clbrdf.storage.tomlfile import parse_json
 
 if TYPE_CHECKING:
     import h5py
@@ -219,6 +217,9 @@ THROUGH = (
 
 def _through(group: h5py.Group, directions: int) -> Through:
     arrays = read_items(group, THROUGH, {"N": directions})
+    from clbrdf.instrument.settings import Instrument
+    from clbrdf.storage.tomlfile import parse_json
+
     rules = {rule.name: place for place, rule in enumerate(LADDER)}
     names, levels = text_list_attribute(group["levels"], "names"), arrays["levels"]
     unknown = [name for name in names if name not in rules]

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -25,14 +26,14 @@ from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.slit import slit_matrix
 from clbrdf.fit.solve import Solution
 from clbrdf.geometry import Directions
-from clbrdf.instrument.aperture import cone_angle
-from clbrdf.instrument.bandwidth import Bandwidth
-from clbrdf.instrument.place import CONES, LADDER, check_horizon, observation_of
-from clbrdf.instrument.settings import Instrument, load_instrument
+from clbrdf.instrument.rules import CONES, LADDER
 from clbrdf.models import Model
 from clbrdf.observation import ForwardModel, Observation
 from clbrdf.records import Record
 from clbrdf.scan import Scan
+
+if TYPE_CHECKING:
+    from clbrdf.instrument.settings import Instrument
 
 Array = npt.NDArray[np.float64]
 Levels = npt.NDArray[np.uint8]
@@ -87,6 +88,8 @@ class Through(Record):
 
     def observation(self, directions: Directions) -> Observation:
         """Return what is seen in the N directions."""
+        from clbrdf.instrument.place import observation_of
+
         return observation_of(self.instrument, self.angle, directions, self.levels)
 
     def slit(self, wavelength: Array) -> Array | None:
@@ -125,8 +128,16 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -
     """
     if isinstance(told, str) and told == POINT:
         return None
+    by_scan = isinstance(told, str) and told == SCAN
+    if by_scan and scan.solid_angle is None and (scan.bandpass is None or not smooth):
+        return None
+    # Settings are classes of a library that loads slowly, and most fits need none.
+    from clbrdf.instrument.bandwidth import Bandwidth
+    from clbrdf.instrument.place import check_horizon
+    from clbrdf.instrument.settings import Instrument, load_instrument
+
     n, angle = len(scan), None
-    if isinstance(told, str) and told == SCAN:
+    if by_scan:
         instrument, source, angle = Instrument(), "the scan file", own_angle(scan)
         band = scan.bandpass
         apart = np.diff(scan.wavelength).max(initial=0.0)
@@ -161,6 +172,8 @@ def own_angle(scan: Scan) -> Array | None:
     solid = scan.solid_angle
     if solid is None or not np.isfinite(solid).any():
         return None
+    from clbrdf.instrument.aperture import cone_angle
+
     return np.asarray(cone_angle(np.where(np.isfinite(solid), solid, 0.0)))
 
 
@@ -311,7 +324,11 @@ class _Orders:
 
 def check_through(told: object) -> None:
     """Raise InputError where what is told is neither a word, a path nor an instrument."""
-    if not isinstance(told, str | Path | Instrument):
+    if isinstance(told, str | Path):
+        return
+    from clbrdf.instrument.settings import Instrument
+
+    if not isinstance(told, Instrument):
         raise InputError(
             f"through is {told!r}; give an instrument file, an Instrument, {SCAN!r} for what the scan"
             f" says, or {POINT!r}"

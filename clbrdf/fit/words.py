@@ -11,7 +11,7 @@ import numpy.typing as npt
 from clbrdf.fit.montecarlo import MonteCarlo
 from clbrdf.fit.records import Search
 from clbrdf.fit.remarks import Remark, Remarks
-from clbrdf.instrument.place import CONES, LADDER
+from clbrdf.instrument.rules import CONES, LADDER
 
 if TYPE_CHECKING:
     from clbrdf.fit.result import Fit

@@ -11,24 +11,13 @@ from clbrdf.instrument.aperture import aperture_nodes
 from clbrdf.instrument.beam import beam_nodes
 from clbrdf.instrument.footprint import seen_share
 from clbrdf.instrument.misalignment import misaligned
-from clbrdf.instrument.rules import POINT, Rule
+from clbrdf.instrument.rules import LADDER, POINT, Rule
 from clbrdf.instrument.settings import Instrument
 from clbrdf.instrument.vectors import pair_of_vectors, zenith_azimuth
 from clbrdf.observation import Observation
 
 Array = npt.NDArray[np.float64]
 Levels = npt.NDArray[np.uint8]
-
-LADDER = (
-    POINT,
-    *(Rule("rings", order) for order in (1, 2, 3, 4)),
-    *(Rule("peak", order) for order in (6, 8, 12, 16, 24, 32, 48)),
-)
-"""What is tried one after the other, each with more nodes than the one before: rings while a lobe is smooth
-over the cone, then circles about its peak."""
-
-CONES = ("beam", "aperture")
-"""Effects that spread light over a cone, in the order of the columns of levels."""
 
 LOWEST = 89.999
 """Zenith, degrees, up to which a cone may reach."""

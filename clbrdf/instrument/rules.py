@@ -60,3 +60,15 @@ class Rule:
 
 
 POINT = Rule("point")
+
+
+LADDER = (
+    POINT,
+    *(Rule("rings", order) for order in (1, 2, 3, 4)),
+    *(Rule("peak", order) for order in (6, 8, 12, 16, 24, 32, 48)),
+)
+"""What is tried one after the other, each with more nodes than the one before: rings while a lobe is smooth
+over the cone, then circles about its peak."""
+
+CONES = ("beam", "aperture")
+"""Effects that spread light over a cone, in the order of the columns of levels."""

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from clbrdf import Directions, Scan, fit
-from clbrdf.instrument.place import LADDER, observation_of
+from clbrdf.instrument.place import observation_of
+from clbrdf.instrument.rules import LADDER
 from clbrdf.instrument.rules import Rule
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import get_model
