@@ -158,8 +158,9 @@ def test_the_scheduler_killed_and_started_again(scans, calm, tmp_path):
         assert process.returncode == 2, told
         assert "has gone; scans that are finished are kept: start it again and add --resume" in told
         assert "Traceback" not in told
-        for worker in workers:
-            worker.kill()
+        for each in (scheduler, *workers):
+            each.kill()
+            each.wait()
         scheduler, workers = cluster()
         process = start(scans, folder, "--scheduler", address, "--resume")
         told = process.communicate(timeout=LONGEST)[0]
