@@ -39,8 +39,9 @@ def load_dask() -> None:
         ) from error
     del distributed, pyarrow
     # What Dask tells of workers that come and go is told by the batch in its own words.
-    for name in ("distributed", "tornado", "asyncio", "bokeh"):
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    for name in ("asyncio", "bokeh", *list(logging.root.manager.loggerDict)):  # some have levels of their own
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio", "bokeh"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 @contextmanager

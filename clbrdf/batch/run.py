@@ -269,7 +269,7 @@ def run_batch(
     """
     from distributed import as_completed
 
-    batch = _Batch(client, catalogue, workers, tell, dict(bad or {}), as_completed())
+    batch = _Batch(client, catalogue, workers, tell, dict(bad or {}), as_completed(loop=client.loop))
     waiting = deque(_Scan(source) for source in sources)
     report(0, len(sources))
     while waiting or batch.under_way:

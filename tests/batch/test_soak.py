@@ -100,7 +100,7 @@ def test_workers_killed_in_the_middle(scans, calm, tmp_path):
     folder, chance = tmp_path / "catalogue", random.Random(1)
     process, killed = start(scans, folder, "--workers", "2"), 0
     for share in (0.1, 0.4, 0.7):
-        wait_for(process, folder, int(share * SCANS))
+        wait_for(process, folder, max(1, int(share * SCANS)))
         time.sleep(chance.random() * 0.3)
         for worker in workers_of(process.pid)[:1]:
             os.kill(worker, signal.SIGKILL)
@@ -116,7 +116,7 @@ def test_the_whole_batch_ended_and_resumed(scans, calm, tmp_path, number):
     folder, ends = tmp_path / "catalogue", []
     for share in (0.2, 0.5, 0.8):
         process = start(scans, folder, "--workers", "2", *(["--resume"] if folder.exists() else []))
-        wait_for(process, folder, int(share * SCANS))
+        wait_for(process, folder, max(1, int(share * SCANS)))
         process.send_signal(number)
         told = process.communicate(timeout=60.0)[0]
         ends.append(process.returncode)
@@ -158,8 +158,9 @@ def test_the_scheduler_killed_and_started_again(scans, calm, tmp_path):
         assert process.returncode == 2, told
         assert "has gone; scans that are finished are kept: start it again and add --resume" in told
         assert "Traceback" not in told
-        for worker in workers:
-            worker.kill()
+        for each in (scheduler, *workers):
+            each.kill()
+            each.wait()
         scheduler, workers = cluster()
         process = start(scans, folder, "--scheduler", address, "--resume")
         told = process.communicate(timeout=LONGEST)[0]
