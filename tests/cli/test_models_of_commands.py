@@ -100,10 +100,11 @@ def test_mistakes_of_a_fit(run, scan_file, tmp_path, words, said):
     [
         (None, "no such file"),
         ("410,1.5\n800,1.6\n", "runs from 410 to 800 nm and does not cover the scan's 400 to 410 nm"),
-        ("390;1.5\n800;1.6\n", "line 1: '390;1.5' is not a wavelength in nm and a value"),
+        ("390|1.5\n800|1.6\n", "line 1: '390|1.5' is not a wavelength in nm and a value"),
         ("nm,n\n390,1.5\n800,glass\n", "line 3: '800,glass' is not"),
         ("390,1.5\n390,1.6\n", "line 2: 390 nm is given twice"),
-        ("", "holds no values"),
+        ("", "is empty"),
+        ("# nothing but a remark\n", "holds no values"),
         ("nm,n,k\n390,1.5,0.1\n", "line 2: '390,1.5,0.1' is not"),
     ],
 )
