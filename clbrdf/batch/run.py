@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from clbrdf.batch.folder import Catalogue
+from clbrdf.batch.cluster import ANSWER_TIME
+from clbrdf.batch.folder import INDEX, Catalogue
 from clbrdf.batch.tasks import (
     Done,
     Look,
@@ -28,8 +30,11 @@ if TYPE_CHECKING:
 AHEAD = 4
 """Tasks a worker that wait for it, so that none is idle while the client decides what comes next."""
 
-ATTEMPTS = 8
+ATTEMPTS = 64
 """Workers without a device that a task may meet before it is given up."""
+
+BETWEEN_LOOKS = 2.0
+"""Seconds between two looks at which workers are there, where some cannot take part."""
 
 
 @dataclass
@@ -45,6 +50,16 @@ class _Scan:
 
 
 @dataclass(frozen=True)
+class _Task:
+    """A task under way; `workers` are those that may take it, all where there are none."""
+
+    scan: _Scan
+    kind: str
+    place: int
+    workers: frozenset[str]
+
+
+@dataclass(frozen=True)
 class Outcome:
     """What came of a batch.
 
@@ -53,7 +68,7 @@ class Outcome:
     fitted, kept : int
         Scans that were fitted, and that were done before.
     failed : mapping of str to str
-        Why, by the path of the scan.
+        Why, by the path of the scan, or of the index.
     wavelengths : Counter
         Of the scans that were fitted, by status.
     sent : int
@@ -77,7 +92,7 @@ class _Batch:
     tell: Callable[[str], object]
     bad: dict[str, str]
     queue: Any
-    under_way: dict[Future, tuple[_Scan, str, int]] = field(default_factory=dict)
+    under_way: dict[Future, _Task] = field(default_factory=dict)
     sending: bool = False
     fitted: int = 0
     kept: int = 0
@@ -99,24 +114,57 @@ class _Batch:
             words = (finish, *base, digest, parts, str(self.catalogue.folder.absolute()))
         # Scans that are begun come before new ones, so that files appear and memory stays bounded.
         priority = {"look": 0, "solve": 1, "finish": 2}[kind]
-        where = {}
-        if self.bad:
-            able = [
-                address
-                for address in self.client.scheduler_info(n_workers=-1)["workers"]
-                if address not in self.bad
-            ]
-            where = {"workers": able, "allow_other_workers": True}
-        future = self.client.submit(*words, pure=False, priority=priority, **where)
-        self.under_way[future] = (scan, kind, place)
+        able = self.able() if self.bad else None
+        future = self.client.submit(*words, pure=False, priority=priority, workers=able)
+        self.under_way[future] = _Task(scan, kind, place, frozenset(able or ()))
         self.tasks += 1
         self.queue.add(future)
 
+    def able(self) -> list[str]:
+        """Return the addresses of the workers that are there and can take part; some may just be starting.
+
+        Raises
+        ------
+        ClbrdfError
+            There is none.
+        """
+        deadline = time.monotonic() + ANSWER_TIME
+        while time.monotonic() < deadline:
+            there = self.client.nthreads()
+            if able := [address for address in there if address not in self.bad]:
+                return able
+            time.sleep(0.2)
+        address, reason = next(iter(self.bad.items()))
+        raise ClbrdfError(
+            f"no worker is left that can take part; {address}: {reason}; mend that, then go on with --resume"
+        )
+
+    def next(self) -> Future:
+        """Return the next task that has ended.
+
+        Where some workers cannot take part, tasks are bound to the others: one whose workers have all gone is
+        handed out again.
+        """
+        looked = time.monotonic()
+        while self.bad and not self.queue.has_ready():
+            time.sleep(0.01)
+            if time.monotonic() - looked > BETWEEN_LOOKS:
+                there = set(self.able())
+                for lost, task in list(self.under_way.items()):
+                    if task.workers and not task.workers & there:
+                        del self.under_way[lost]
+                        lost.release()
+                        self.submit(task.scan, task.kind, task.place)
+                looked = time.monotonic()
+        future: Future = next(self.queue)
+        return future
+
     def take(self, future: Future) -> None:
         """Go on with a scan whose task has ended."""
-        scan, kind, place = self.under_way.pop(future)
-        if scan.is_over:
+        task = self.under_way.pop(future, None)
+        if task is None or task.scan.is_over:
             return
+        scan, kind, place = task.scan, task.kind, task.place
         error = None
         if future.status == "finished":
             result = future.result()
@@ -234,11 +282,15 @@ def run_batch(
         if not batch.under_way:
             continue
         try:
-            batch.take(next(batch.queue))
+            batch.take(batch.next())
         except (OSError, StopIteration) as error:
             raise _lost(client) from error
         report(batch.fitted + batch.kept + len(batch.failed), len(sources))
-    catalogue.write_index()
+    try:
+        catalogue.write_index()
+    except InputError as error:  # what is fitted is whole; --resume writes the index
+        batch.failed[str(catalogue.folder / INDEX)] = str(error)
+        tell(str(error))
     return Outcome(batch.fitted, batch.kept, batch.failed, batch.wavelengths, batch.sent, batch.tasks)
 
 

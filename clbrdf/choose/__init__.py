@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ from clbrdf.choose.rule import one_standard_error
 from clbrdf.choose.verdict import verdict
 from clbrdf.errors import InputError
 from clbrdf.fit import fit
+from clbrdf.fit.through import SCAN
+from clbrdf.instrument.settings import Instrument
 from clbrdf.models import Model, Page
 from clbrdf.objective import weight_matrix
 from clbrdf.opencl.device import Device, choose_device
@@ -40,6 +43,7 @@ def choose(
     wavelengths: int | None = RANKED_WAVELENGTHS,
     method: str = "auto",
     seed: int = 0,
+    through: str | Path | Instrument = SCAN,
     force: bool = False,
     device: Device | None = None,
     report: Report = silent,
@@ -68,6 +72,8 @@ def choose(
     method : str
         Of the fits.
     seed : int
+    through : str, Path or Instrument
+        As of `fit`, the same for all models.
     force : bool
         Allow sums of whole surfaces.
     device : Device, optional
@@ -103,7 +109,7 @@ def choose(
     part = scan.columns(places)
     known = {name: _at(value, places, len(scan.wavelength)) for name, value in given.items()}
     candidates, skipped = sift(part, models_asked, known, g[:, places] > 0.0, groups)
-    work = Work(part, groups, g[:, places], named, method, seed, where)
+    work = Work(part, groups, g[:, places], named, method, seed, where, through)
     rows, figures = [], []
     for k, candidate in enumerate(candidates):
         report(k, len(candidates) + 1)
@@ -114,7 +120,16 @@ def choose(
     compared = one_standard_error(np.stack([row.score for row in rows]), [row.free for row in rows])
     chosen = candidates[compared.chosen]
     own = fixed_of(chosen.model, given)
-    final = fit(scan, model=chosen.model, weights=named, fix=own, method=method, seed=seed, device=where)
+    final = fit(
+        scan,
+        model=chosen.model,
+        weights=named,
+        fix=own,
+        method=method,
+        seed=seed,
+        through=through,
+        device=where,
+    )
     report(len(candidates) + 1, len(candidates) + 1)
     values = final.observed()[:, places]
     return Choice(

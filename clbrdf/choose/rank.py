@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,8 @@ from clbrdf.choose.residuals import lag_one_correlation, mean_residuals
 from clbrdf.choose.result import Ranked
 from clbrdf.choose.surface import behaviour
 from clbrdf.fit import Fit, fit
+from clbrdf.fit.through import SCAN
+from clbrdf.instrument.settings import Instrument
 from clbrdf.opencl.device import Device
 from clbrdf.scan import Scan
 
@@ -38,6 +41,8 @@ class Work:
     method : str
     seed : int
     device : Device
+    through : str, Path or Instrument
+        As `fit` takes it.
     """
 
     scan: Scan
@@ -47,6 +52,7 @@ class Work:
     method: str
     seed: int
     device: Device
+    through: str | Path | Instrument = SCAN
 
     @property
     def sigma_known(self) -> bool:
@@ -62,6 +68,7 @@ class Work:
             fix=candidate.fix,
             method=self.method,
             seed=self.seed,
+            through=self.through,
             device=self.device,
         )
 

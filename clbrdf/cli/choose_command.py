@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from clbrdf.choose import RANKED_WAVELENGTHS, Choice, choose
 from clbrdf.cli.choice_table import choice_content, print_choice
 from clbrdf.cli.console import progress_bar, stderr_console
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import (
     DeviceName,
     JsonFile,
@@ -42,6 +43,8 @@ def command(
     wavelengths: str = str(RANKED_WAVELENGTHS),
     method: str = METHODS[0],
     seed: Seed = 0,
+    through: Path | None = None,
+    point: Annotated[bool, Parameter(negative="")] = False,
     force: Annotated[bool, Parameter(negative="")] = False,
     report: Annotated[Path | None, Parameter(help="also write the report into this folder")] = None,
     device: DeviceName = None,
@@ -72,12 +75,17 @@ def command(
         of the fits: auto, dictionary, lookup, anneal-separable, tempering or anneal
     seed
         of the random numbers
+    through
+        instrument file, as 'clbrdf fit' reads it; by default what the scan says of its own receiver
+    point
+        take every direction as a point, whatever the scan says
     force
         allow sums of whole surfaces, such as hapke+rpv
     """
+    told_instrument(through, point)
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    check_apart([output, json], [scan, *spectra])
+    check_apart([output, json], [scan, *spectra, *([] if through is None else [through])])
     target = check_output(output, overwrite)
     if json is not None:
         check_output(json, overwrite)
@@ -100,6 +108,7 @@ def command(
             wavelengths=count,
             method=method,
             seed=seed,
+            through=told_instrument(through, point),
             force=force,
             device=chosen_device,
             report=progress,
@@ -112,13 +121,12 @@ def command(
         method=method,
         seed=seed,
         force=force,
+        through=None if through is None else through.name,
+        point=point,
     )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
-    told = {
-        **hashes,
-        **choice.fit.provenance,
-        "weights": choice.weights if weights in (None, *WEIGHTS) else weights,
-    }
+    said = choice.weights if weights in (None, *WEIGHTS) else weights
+    told = {**hashes, **choice.fit.provenance, "weights": said}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))
     choice.save(target, overwrite)
     print_choice(str(target), choice)

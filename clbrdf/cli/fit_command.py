@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
 from clbrdf.cli.console import progress_bar
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import (
     CsvFile,
     DeviceName,
@@ -29,7 +30,6 @@ from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS, Fit, Settings, fit
 from clbrdf.fit.remarks import Remark
-from clbrdf.fit.through import POINT, SCAN
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
 from clbrdf.models import DEFAULT_MODEL, get_model
@@ -59,6 +59,7 @@ def command(
     point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: Annotated[bool, Parameter(negative="")] = False,
     profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
@@ -109,6 +110,9 @@ def command(
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    gls
+        let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
+        takes the model for exact
     profile
         find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
@@ -125,8 +129,7 @@ def command(
     """
     fixed = fixed_map(fix)
     spectra = [value for value in fixed.values() if isinstance(value, Path)]
-    if point and through is not None:
-        raise InputError("--point and --through say two things of the instrument; give one of them")
+    behind = told_instrument(through, point)
     instrument = [] if through is None else [through]
     check_apart([output, json, csv], [scan, *spectra, *instrument])
     target = check_output(output, overwrite)
@@ -136,6 +139,10 @@ def command(
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    if checked != NO_CHECK and gls:
+        raise InputError(
+            "--check searches the optimum of E (13), and --gls minimises another sum; leave one out"
+        )
     chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
@@ -149,9 +156,10 @@ def command(
             fix=at_wavelengths(fixed, measured),
             shared=name_list(shared),
             smooth=smooth,
-            through=POINT if point else SCAN if through is None else through,
+            through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            gls=gls,
             profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),

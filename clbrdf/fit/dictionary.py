@@ -44,7 +44,10 @@ THREADS = 4
 LEAST_CHUNK = 128
 """Wavelengths worth a thread."""
 
-CHUNK_BYTES = 64 << 20
+MOST_GROWTHS = 8
+"""That are read off the amplitudes of one shape."""
+
+CHUNK_BYTES = 32 << 20
 """Of the sums of one chunk of wavelengths."""
 
 APART = 1.0 / 12.0
@@ -123,7 +126,9 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     near = np.abs(grid_places[:, None] - grid_places[None]).max(axis=-1) <= 1
     lobes = structure.lobes(shapes, problem.features)
     incident = _incident_groups(problem)
-    most = max(1, CHUNK_BYTES // (8 * 6 * len(shapes) * (incident.max() + 1)))
+    growths = len(structure.growth_grid(limits[places(structure.growth)])) if settings.grid else MOST_GROWTHS
+    values = 6 * len(shapes) + 4 * settings.shapes * growths
+    most = max(1, CHUNK_BYTES // (8 * values * (incident.max() + 1)))
     size = min(most, max(LEAST_CHUNK, -(-w // THREADS)))
 
     def part(first: int) -> tuple[Array, npt.NDArray[np.bool_]]:

@@ -47,7 +47,7 @@ SAME_VALUE = 1e-12
 """Relative to the measured values: repeats nearer than this are copies, and their scatter says nothing."""
 
 
-BLOCK_VALUES = 1 << 21
+BLOCK_VALUES = 1 << 17
 """Values that are looked at at once."""
 
 
@@ -82,8 +82,9 @@ def deviation_tests(
     out: dict[str, Any] = {name: np.full(wavelengths, np.nan) for name in names}
     out["repeats"] = np.zeros(wavelengths, dtype=np.int64)
     size = max(1, BLOCK_VALUES // max(1, len(scan)))
-    for first in range(0, len(setup.fitted), size):
-        places = setup.fitted[first : first + size]
+    fitted = setup.fitted
+    for first in range(0, len(fitted), size):
+        places = fitted[first : first + size]
         told = _tests(scan, setup, places, free[places], energy[places], values_of(places), lines, copies)
         for name, values in told.items():
             out[name][places] = values
@@ -183,6 +184,15 @@ def neighbour_correlation(lines: list[npt.NDArray[np.intp]], z: Array, used: Mas
     if not lines:
         return correlation, score
     order, line = np.concatenate(lines), np.repeat(np.arange(len(lines)), [len(part) for part in lines])
+    if used[:, order].all():  # as usual: all at once
+        along, same = z[:, order], np.flatnonzero(line[1:] == line[:-1])
+        product = along[:, same + 1] * along[:, same]
+        square = (product**2).sum(axis=1)
+        told = square > 0.0
+        mean, size = product.mean(axis=1), (along**2).mean(axis=1)
+        np.divide(mean, size, out=correlation, where=told)
+        np.divide(product.sum(axis=1), np.sqrt(square), out=score, where=told)
+        return correlation, score
     for k in range(len(z)):
         here = used[k, order]
         along, number = z[k, order[here]], line[here]

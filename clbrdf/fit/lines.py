@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
+from clbrdf.scan.rectangle import group_numbers
 
 SAME_LINE = 0.05
 """Degrees: azimuths nearer than this lie on one line."""
@@ -23,7 +24,10 @@ def view_lines(directions: Directions) -> list[npt.NDArray[np.intp]]:
     ahead = np.abs(directions.phi - turned) < SAME_LINE
     signed = np.where(ahead, -directions.theta_r, directions.theta_r)
     key = np.stack([directions.theta_i, directions.phi_i, np.round(turned / SAME_LINE)], axis=1)
-    _, line = np.unique(np.round(key, 6), axis=0, return_inverse=True)
-    order = np.lexsort((signed, line.ravel()))
-    parts = np.split(order, np.flatnonzero(np.diff(line.ravel()[order])) + 1)
-    return [part for part in parts if len(part) >= FEWEST_ON_A_LINE]
+    line = group_numbers(np.asarray(np.round(key, 6), dtype=np.float64))
+    order = np.lexsort((signed, line))
+    begins = np.append(0, np.flatnonzero(np.diff(line[order])) + 1)
+    lengths = np.diff(np.append(begins, len(order)))
+    long = lengths >= FEWEST_ON_A_LINE  # of random directions each is a line of its own
+    pairs = zip(begins[long], lengths[long], strict=True)
+    return [order[begin : begin + length] for begin, length in pairs]

@@ -191,5 +191,5 @@ def columns_of(
     first, last = int(places[0]), int(places[-1]) + 1
     columns = slice(first, last) if last - first == len(places) else places
     for values, matrix in zip(out, matrices, strict=True):
-        values[:] = matrix[order][:, columns].T
+        values[:] = matrix[:, columns][order].T
     return out

@@ -77,6 +77,8 @@ def choose_options(
     method: str,
     seed: int,
     force: bool,
+    through: str | None = None,
+    point: bool = False,
 ) -> dict[str, object]:
     """Return the options of `clbrdf choose` in the order in which a fit file names them."""
     options: dict[str, object] = {"models": models, "weights": weights, "fix": list(fix)}
@@ -85,4 +87,6 @@ def choose_options(
         "method": method,
         "seed": seed,
         "force": "yes" if force else None,
+        "through": through,
+        "point": "yes" if point else None,
     }
