@@ -64,7 +64,7 @@ def test_a_fit_takes_reflection_only_and_says_how_many_others_there_were(small_s
     np.testing.assert_array_equal(both.vector, alone.vector)
     assert len(both.scan) == 48
     weighted = clbrdf.fit(Scan.merge([beyond, small_scan]), weights=np.linspace(1.0, 2.0, 50))
-    np.testing.assert_array_equal(weighted.weights[:, 0], np.linspace(1.0, 2.0, 50)[2:])
+    np.testing.assert_array_equal(weighted.setup.weights[:, 0], np.linspace(1.0, 2.0, 50)[2:])
 
 
 def test_a_fit_of_transmission_alone_is_refused():

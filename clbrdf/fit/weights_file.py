@@ -45,6 +45,8 @@ def read_weights(path: Path, scan: Scan) -> npt.NDArray[np.float64]:
             place = f"{path}, line {line}"
             if not 0.0 <= weight < np.inf:
                 raise InputError(f"{place}: weight {weight:g}; weights are finite and not negative")
+            if not np.isfinite([theta_i, theta_r, phi]).all():
+                raise InputError(f"{place}: direction {theta_i:g}°, {theta_r:g}°, {phi:g}° is not finite")
             turn = np.abs(scan.phi - wrap_azimuth(phi))
             apart = np.max([np.abs(scan.theta_i - theta_i), np.abs(scan.theta_r - theta_r)], axis=0)
             same = (apart < ANGLE_TOLERANCE) & (np.minimum(turn, 360.0 - turn) < ANGLE_TOLERANCE)

@@ -184,6 +184,10 @@ class TestFit:
                 "line 2, column weight: 'x' is not a number",
             ),
             (
+                "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,inf,1\n",
+                "line 2: direction 30°, 0°, inf° is not finite",
+            ),
+            (
                 "theta_i_deg,theta_r_deg,dphi_deg,weight\n30,0,180,1\n30,0,180,1\n",
                 "line 3: direction 30°, 0°, 180°",
             ),
