@@ -50,7 +50,7 @@ bench: .venv/installed-bench
 	$(BIN)/clbrdf bench fit
 	$(BIN)/clbrdf bench optimizers --png docs/pictures/optimizers.png --overwrite
 
-soak: .venv/installed-dev build/oracles/installed
+soak: .venv/installed-dev build/oracles/installed build/comet/installed
 	$(BIN)/python -m pytest -m soak --ignore=tests/oracles
 	PYTHONPATH=build/oracles $(BIN)/python -m pytest -m soak tests/oracles
 
@@ -99,6 +99,11 @@ clean:
 build/oracles/installed: pyproject.toml | .venv/installed-dev
 	rm -rf build/oracles && mkdir -p build/oracles
 	$(BIN)/python -m pip install --target build/oracles $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["oracles"])') >build/oracles.log 2>&1 && touch $@ || { rm -rf build/oracles; echo "soak: the oracles could not be installed (build/oracles.log); their tests are skipped" >&2; }
+
+# The CoMET tools read our files in an environment of their own. Where they cannot be installed, say so and go on.
+build/comet/installed: pyproject.toml | .venv/installed-dev
+	rm -rf build/comet && mkdir -p build
+	$(PYTHON) -m venv build/comet && build/comet/bin/python -m pip install $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["comet"])') >build/comet.log 2>&1 && touch $@ || { rm -rf build/comet; echo "soak: obsarray could not be installed (build/comet.log); its test is skipped" >&2; }
 
 # The mapped folders at their place inside the package, for the type checker and the import linter.
 tree:

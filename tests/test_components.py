@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from clbrdf.cli import main
 from clbrdf.errors import InputError
 from clbrdf.scan import Component, Correlation, Scan
 
@@ -257,3 +258,20 @@ def test_files_of_before_are_read_as_two_components(tmp_path):
     assert scale.relative
     assert np.asarray(scale.values) == pytest.approx(0.06)
     assert scale.words() == "one error for all values"
+
+
+def test_the_command_line_tells_it_in_one_line(tmp_path, capsys):
+    path = tmp_path / "scan.h5"
+    make_scan(
+        components=(Component("panel", 0.01, wavelength=Correlation("matrix", matrix=np.eye(3))),)
+    ).save(path)
+    with h5py.File(path, "r+") as file:
+        file["entry/data/u_panel_wavelength_matrix"][...] = BAD
+    for words in (["info", str(path)], ["fit", str(path), "-o", str(tmp_path / "fit.h5")]):
+        assert main(words) == 2
+        told = capsys.readouterr().err.strip()
+        assert told.count("\n") == 0
+        assert (
+            "scan.h5: component 'panel' (/entry/data/u_panel): the correlation matrix is indefinite" in told
+        )
+    assert not (tmp_path / "fit.h5").exists()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from clbrdf.fit.budget import budget_table, fitted_names, mean_table
+from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.result import Fit
+from clbrdf.fit.tables import goodness_rows
 from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
 
@@ -40,6 +42,7 @@ def summary_rows(fit: Fit) -> Rows:
     ]
     if good.size:
         rows.append(("E (13)", f"median {np.median(good):.4g}, from {good.min():.4g} to {good.max():.4g}"))
+    rows += goodness_rows(fit)
     if sigma.size:
         rows.append(
             ("σr (14)", f"median {np.median(sigma):.3g} %, from {sigma.min():.3g} to {sigma.max():.3g} %")
@@ -61,6 +64,8 @@ def warning_lines(fit: Fit) -> list[str]:
             f"the model misses the data by {100.0 * np.median(sigma):.3g} % (σr of (14), median over the"
             " wavelengths); read its parameters with that in mind"
         )
+    if fit.setup.gls:
+        lines.append(ASSUMES)
     lines += _mask_lines(fit.scan)
     refused, spent = int(fit.search.not_finite.sum()), int(fit.search.evaluations.sum())
     if refused > NOTABLE_REFUSALS * spent:
@@ -93,15 +98,17 @@ def _plane_lines(scan: Scan) -> list[str]:
     return []
 
 
-def budget_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+def budget_words(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
     """Return names and rows of what makes the error bars: 1σ by component, median over wavelengths."""
-    rows = [[name, *("–" if v != v else f"{v:.2g}" for v in values)] for name, values in budget_table(fit)]
+    rows: list[list[float | str]] = [
+        [name, *("–" if v != v else f"{v:.2g}" for v in values)] for name, values in budget_table(fit)
+    ]
     return ["component", *fitted_names(fit)], rows
 
 
-def mean_words(fit: Fit) -> tuple[list[str], list[list[str]]]:
+def mean_words(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
     """Return names and rows of the means over wavelengths, with the correlations between them."""
-    rows = [
+    rows: list[list[float | str]] = [
         [r.parameter, f"{r.value:.4g}", *(f"{v:.2g}" for v in (r.sigma, r.random, r.common)), str(r.count)]
         for r in mean_table(fit)
     ]

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from clbrdf.bench.memory import peak_memory
 from clbrdf.errors import DeviceError
-from clbrdf.fit import given_parameters
+from clbrdf.fit.given import given_parameters
 from clbrdf.fit.problem import make_problem
 from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, NEEDS_PHI, SIGNED, Model, get_model

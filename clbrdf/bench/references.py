@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from clbrdf.bench.problems import BenchProblem
 from clbrdf.errors import ClbrdfError, InputError
-from clbrdf.fit import given_parameters
+from clbrdf.fit.given import given_parameters
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.objective import weight_matrix

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from clbrdf.choose.angles import AngleGroups
 from clbrdf.errors import InputError
-from clbrdf.fit import given_parameters
+from clbrdf.fit.given import given_parameters
 from clbrdf.models import NEEDS_PHI, Model, Page, get_model
 from clbrdf.scan import Scan
 

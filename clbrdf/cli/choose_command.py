@@ -125,11 +125,8 @@ def command(
         point=point,
     )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
-    told = {
-        **hashes,
-        **choice.fit.provenance,
-        "weights": choice.weights if weights in (None, *WEIGHTS) else weights,
-    }
+    said = choice.weights if weights in (None, *WEIGHTS) else weights
+    told = {**hashes, **choice.fit.provenance, "weights": said}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))
     choice.save(target, overwrite)
     print_choice(str(target), choice)

@@ -59,6 +59,7 @@ def command(
     point: Annotated[bool, Parameter(negative="")] = False,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: Annotated[bool, Parameter(negative="")] = False,
     profile: Annotated[bool, Parameter(negative="")] = False,
     chains: int | None = None,
     levels: int | None = None,
@@ -109,6 +110,9 @@ def command(
     monte_carlo
         fit so many draws of what the values could have been, 1000 for instance, and tell intervals that know
         of limits and curvature; every wavelength by itself
+    gls
+        let the correlations of the scan's uncertainty count as weights, too (generalised least squares); this
+        takes the model for exact
     profile
         find intervals of the parameters by profile likelihood; they hold at limits, too
     chains
@@ -135,6 +139,10 @@ def command(
     checked = check_count(check, check_wavelengths)
     if checked != NO_CHECK and smooth is not None:
         raise InputError(f"--check: {TIED}")
+    if checked != NO_CHECK and gls:
+        raise InputError(
+            "--check searches the optimum of E (13), and --gls minimises another sum; leave one out"
+        )
     chosen = get_model(model, force=force)
     measured = Scan.open(scan)
     with progress_bar(f"fitting {len(measured.wavelength)} wavelengths") as report:
@@ -151,6 +159,7 @@ def command(
             through=behind,
             rtol=rtol,
             monte_carlo=monte_carlo,
+            gls=gls,
             profile=profile,
             settings=_settings(method, chains, levels),
             device=choose_device(device),

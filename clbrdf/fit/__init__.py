@@ -6,18 +6,19 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from operator import index
 from pathlib import Path
 from typing import Any, SupportsIndex, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError, advice
+from clbrdf.errors import InputError
 from clbrdf.fit.anneal import Settings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
+from clbrdf.fit.given import given_parameters
+from clbrdf.fit.gls import generalised
 from clbrdf.fit.intervals import with_intervals
 from clbrdf.fit.jobs import Job, Jobs, solve_job
 from clbrdf.fit.layout import Layout, layout_of
@@ -27,6 +28,7 @@ from clbrdf.fit.montecarlo import check_draws
 from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
+from clbrdf.fit.requests import check_number, check_range, reflection_of, whole_seed
 from clbrdf.fit.result import Fit
 from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
@@ -56,12 +58,6 @@ __all__ = [
     "fit",
 ]
 
-PLAUSIBLE = (1e-15, 1e15)
-"""BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
-
-PART = 1 << 14
-"""Directions that are looked at at once."""
-
 METHODS = METHOD_NAMES
 """`auto` is the fastest that reaches the optimum: `dictionary` where the model has one, else `lookup`."""
 
@@ -80,6 +76,7 @@ def fit(
     through: str | Path | Instrument = SCAN,
     rtol: float | None = None,
     monte_carlo: int | None = None,
+    gls: bool = False,
     profile: bool = False,
     settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
@@ -128,6 +125,9 @@ def fit(
     monte_carlo : int, optional
         Draws of what the values could have been, each fitted again from the optimum (JCGM 101): intervals
         that know of limits and curvature, `fit.monte_carlo`; see `clbrdf.fit.montecarlo`.
+    gls : bool
+        Let the correlations of the scan's uncertainty count as weights, too. This takes the model for exact:
+        see `clbrdf.fit.gls` before you ask for it.
     profile : bool
         Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
         hold where parameters are at their limits, too, where standard uncertainties are far too small.
@@ -155,19 +155,20 @@ def fit(
         or shared parameter that the model does not have, one that is both, or one that has to be fixed and
         is not; shared parameters together with `smooth` or `rtol`; `profile` together with any of these;
         an instrument without geometry, or one whose cones reach below the horizon;
-        `monte_carlo` together with `shared` or `smooth`, or out of range;
-        nothing in the scan that can be fitted, or values beyond PLAUSIBLE.
+        `monte_carlo` together with `shared` or `smooth`, or out of range; `gls` together with one of the
+        three, with other weights than "sigma", or for a scan without both a random and a common part;
+        nothing in the scan that can be fitted, or values beyond those of any surface.
     DeviceError
         No OpenCL device with fp64.
     """
     if not isinstance(scan, Scan):
         raise InputError(f"fit takes a Scan, not {type(scan).__name__}; open a file with clbrdf.Scan.open")
-    scan, weights, left_out = _reflection(scan, weights)
-    whole = _whole_seed(seed)
+    scan, weights, left_out = reflection_of(scan, weights)
+    whole = whole_seed(seed)
     if smooth is not None and scan.bands:
         raise InputError("smooth ties neighbouring wavelengths, and the scan has bands; leave it out")
-    _check_number("smooth", smooth, LEAST_CHANGE, 1.0)
-    _check_number("rtol", rtol, BEST, 1.0)
+    check_number("smooth", smooth, LEAST_CHANGE, 1.0)
+    check_number("rtol", rtol, BEST, 1.0)
     check_through(through)
     start = time.perf_counter()
     chosen = get_model(model)
@@ -181,6 +182,12 @@ def fit(
     if monte_carlo is not None and (in_common or smooth is not None):
         raise InputError(
             "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    by_sigma = isinstance(weights, str) and weights == "sigma"
+    if gls and (in_common or smooth is not None or monte_carlo is not None or not by_sigma):
+        raise InputError(
+            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
+            " shared, smooth and monte_carlo"
         )
     if profile and (in_common or smooth is not None or rtol is not None):
         raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
@@ -199,7 +206,7 @@ def fit(
                 " weights"
             )
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
-    _check_range(scan, g)
+    check_range(scan, g)
     behind = instrument_behind(scan, through, smooth is not None)
     where, layout = device or choose_device(), layout_of(chosen, scan.directions)
 
@@ -247,6 +254,11 @@ def fit(
         problem = seen_problem(fitted)
         solution = start_each_other(problem, solution)
         solution, tied = smooth_out(problem, solution, scan.wavelength[fitted], smooth, slit)
+    usual = None
+    if gls:
+        seen, problem = layout.seen.take(np.argsort(layout.order)), seen_problem(fitted)
+        limit_pair = problem.lower, problem.upper
+        solution, usual = generalised(seen, scan.columns(fitted), g[:, fitted], solution, *limit_pair)
     setup = Setup(
         weights=g,
         weighting=weights if isinstance(weights, str) else "user",
@@ -258,8 +270,11 @@ def fit(
         left_out=left_out,
         method=way.name,
         seed=whole,
+        gls=gls,
     )
-    estimate, goodness, status = assemble(scan, layout, seen_problem, setup, solution, where, tied, slit)
+    estimate, goodness, status = assemble(
+        scan, layout, seen_problem, setup, solution, where, tied, slit, usual
+    )
     drawn = None
     if monte_carlo is not None:
         drawn = propagate(
@@ -288,17 +303,6 @@ def fit(
         provenance=_provenance(setup, rules),
         monte_carlo=drawn,
     )
-
-
-def _whole_seed(seed: SupportsIndex) -> int:
-    """Return a seed as an int, also one of NumPy; raise InputError where it is none, or too large."""
-    try:
-        whole = index(seed)
-    except TypeError:
-        whole = -1
-    if not 0 <= whole < 2**64:
-        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
-    return whole
 
 
 def _search_of(
@@ -337,84 +341,6 @@ def _provenance(setup: Setup, rules: object) -> dict[str, str]:
         if getattr(setup, name) is not None:
             out[name] = f"{getattr(setup, name):g}"
     return out
-
-
-def _reflection(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, int]:
-    """Return scan and weights without directions of transmission, and how many there were."""
-    beyond = scan.transmitted
-    if not beyond.any():
-        return scan, weights, 0
-    per_direction = np.asarray(weights)
-    if not isinstance(weights, str) and per_direction.shape == beyond.shape:
-        weights = per_direction[~beyond]
-    return scan.reflection(), weights, int(np.count_nonzero(beyond))
-
-
-def given_parameters(
-    scan: Scan, model: Model, fix: Mapping[str, npt.ArrayLike]
-) -> dict[str, npt.NDArray[np.float64]]:
-    """Return the parameters (W,) that are not fitted, in the order of the table.
-
-    Raises
-    ------
-    InputError
-        A parameter that the model does not have, a value out of its domain or of another length, one that has
-        to be fixed and is not, or nothing left to fit.
-    """
-    fix = model.by_full_name(fix)
-    w, out = len(scan.wavelength), {}
-    missing = [row for row in model.parameters if row.given == "user" and row.name not in fix]
-    if missing:
-        told = " and ".join(f"{row.name} ({row.meaning})" for row in missing)
-        first = missing[0].name
-        raise InputError(
-            f"model {model.name} needs {told}; fix each: "
-            + advice(f"fix={{{first!r}: ...}}", f"--fix {first}=VALUE or --fix {first}=FILE.csv")
-        )
-    for row in model.parameters:
-        if row.given == "wavelength" and row.name not in fix:
-            out[row.name] = np.array(scan.wavelength)
-            continue
-        if row.name not in fix:
-            continue
-        values = np.asarray(fix[row.name], dtype=np.float64)
-        if values.shape not in ((), (1,), (w,)):
-            raise InputError(
-                f"fixed {row.name} has shape {values.shape}; give one value, or one for each of"
-                f" {w} wavelengths"
-            )
-        if not np.isfinite(values).all():
-            raise InputError(f"fixed {row.name} is not finite")
-        if row.scale == "log" and not (row.sign * values > 0.0).all() and row.log_floor == 0.0:
-            side = "above" if row.sign > 0.0 else "below"
-            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
-        out[row.name] = np.broadcast_to(values.ravel() if values.ndim else values, w).copy()
-    if len(out) == len(model.parameters):
-        raise InputError(f"nothing to fit: all parameters of model {model.name} are fixed")
-    return out
-
-
-def _check_number(name: str, value: float | None, low: float, high: float) -> None:
-    """Raise InputError where an option is given and is no number within its limits."""
-    if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
-        raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
-
-
-def _check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
-    """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
-    low, high = PLAUSIBLE
-    smallest, largest = np.inf, 0.0
-    for first in range(0, len(scan), PART):
-        part = slice(first, first + PART)
-        used = np.abs(scan.brdf[part])
-        counts = (weights[part] > 0.0) & (used > 0.0)
-        smallest = used.min(initial=smallest, where=counts)
-        largest = used.max(initial=largest, where=counts)
-    if smallest < low or largest > high:
-        worst = largest if largest > high else smallest
-        raise InputError(
-            f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
-        )
 
 
 def _part_of(report: Report, part: int, parts: int) -> Report:

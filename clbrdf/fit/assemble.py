@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.gls import Precision
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
@@ -46,12 +47,14 @@ def assemble(
     device: Device,
     tied: Tied | None = None,
     slit: Array | None = None,
+    usual: Array | None = None,
 ) -> tuple[Estimate, Goodness, npt.NDArray[np.str_]]:
     """Return estimate, goodness and status (W,) of a fit from its solution at the fitted wavelengths.
 
     `layout` says how the directions lie in the problems that `problem_of` returns for places of wavelengths;
     `tied` tells what a penalty on neighbours makes of the uncertainties, `slit` (K, K) what each of the K
-    fitted wavelengths is seen as.
+    fitted wavelengths is seen as. `usual` (K, N) are the values that weigh a fit by generalised least
+    squares.
     """
     fitted, model = setup.fitted, layout.seen.model
     known = np.array([name in setup.fixed for name in model.names])
@@ -63,7 +66,7 @@ def assemble(
     if slit is not None:
         mixed = slit @ model_values(scan, layout, vector, device)
         sums = _behind_slit(scan, setup, sums, mixed)
-    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied)
+    result, parts = _uncertainty(scan, layout, setup, vector, at_bound, sums, tied, usual)
 
     def placed(some: npt.NDArray[Any], fill: Any) -> npt.NDArray[Any]:
         out = np.full((len(scan.wavelength), *some.shape[1:]), fill, dtype=some.dtype)
@@ -175,6 +178,7 @@ def _uncertainty(
     at_bound: Mask,
     sums: Summary,
     tied: Tied | None,
+    usual: Array | None,
 ) -> tuple[Uncertainty, tuple[Part, ...]]:
     """Return the uncertainties at the fitted wavelengths, and the parts that make them."""
     fitted, model = setup.fitted, layout.seen.model
@@ -199,9 +203,10 @@ def _uncertainty(
     from_file = is_known and tied is None
     if scan.components if from_file else scan.common_components:
         components = measured.components if from_file else measured.common_components
-        told = carried(
-            seen, measured.directions, measured.wavelength, components, vector, own, values, g.T, system
-        )
+        # The weights of the values as of the usual optimum, as they were fitted.
+        precision = Precision.of(measured, g, usual) if usual is not None else None
+        where = measured.directions, measured.wavelength
+        told = carried(seen, *where, components, vector, own, values, g.T, system, precision)
         slopes = _slopes(model, vector)
         parts = told if from_file else (alone, *(_tied(part, slopes, tied) for part in told))
     held = at_bound | known

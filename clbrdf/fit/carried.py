@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.gls import Precision
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.shared_uncertainty import SharedSystem
 from clbrdf.fit.uncertainty import CHUNK_BYTES
@@ -99,6 +100,7 @@ def carried(
     values: Array,
     weights: Array,
     shared: SharedSystem | None = None,
+    precision: Precision | None = None,
 ) -> tuple[Part, ...]:
     """Return what each component makes of the parameters' covariance.
 
@@ -119,6 +121,8 @@ def carried(
         Of the model, 1/sr, and g; values of weight 0 are left out.
     shared : SharedSystem, optional
         How parameters that are one number for all wavelengths answer.
+    precision : Precision, optional
+        In place of the weights, where the fit was one of generalised least squares.
     """
     works = [_Work.of(one, directions, wavelength, parameters.shape, shared) for one in components]
     w, p = parameters.shape
@@ -132,7 +136,12 @@ def carried(
         jacobian[~used[rows]] = 0.0  # a derivative that is infinite in a masked direction has no part in it
         J = np.where(own[rows, None, :], jacobian, 0.0)
         across = np.swapaxes(J, 1, 2)
-        answer = inverse_of(across @ J, own[rows]) @ (across * root[rows, None, :])  # M, (w, P, N)
+        if precision is None:
+            answer = inverse_of(across @ J, own[rows]) @ (across * root[rows, None, :])  # M, (w, P, N)
+        else:
+            J = J / np.where(used[rows], root[rows], 1.0)[..., None]
+            weighed = precision.across(J, rows)
+            answer = inverse_of(weighed @ J, own[rows]) @ weighed
         joint = None
         if shared is not None:
             U = jacobian[..., shared.places] - J @ shared.follow[rows]

@@ -62,6 +62,8 @@ class Setup(Record):
     method : str
         What searched.
     seed : int
+    gls : bool
+        Whether correlations counted as weights, too (generalised least squares).
     """
 
     weights: Array
@@ -74,6 +76,7 @@ class Setup(Record):
     left_out: int = 0
     method: str = "auto"
     seed: int = 0
+    gls: bool = False
 
     @property
     def fitted(self) -> npt.NDArray[np.intp]:

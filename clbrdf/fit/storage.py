@@ -95,6 +95,7 @@ def write(fit: Fit, group: h5py.Group) -> None:
     group["model"] = fit.model.name
     group["given"], group["shared"] = list(fit.given), list(fit.shared)
     group["seed"] = setup.seed
+    group["gls"] = np.uint8(setup.gls)
     group["weighting"], group["left_out"] = setup.weighting, setup.left_out
     for name in ("smooth", "rtol"):
         value = getattr(setup, name)
@@ -275,6 +276,7 @@ def _setup(
         shared=_names(group, "shared", model),
         method=hdf5.read_text(group, "method"),
         seed=int(read_items(group, [Item("seed", kind="whole")])["seed"]),
+        gls="gls" in group and bool(read_items(group, [Item("gls", kind="truth")])["gls"]),
         **told,
         **{name: arrays[name] for name in SETUP},
     )

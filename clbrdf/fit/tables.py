@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.words import gathered, plain, search_lines, through_lines
 
 if TYPE_CHECKING:
@@ -166,6 +167,8 @@ def summary_rows(fit: Fit) -> list[tuple[str, str]]:
     statuses = Counter(status_column(fit, np.arange(len(fit.status)))[1])
     counts = "; ".join(f"{count} {status}" for status, count in statuses.most_common())
     rows = [("status", counts), ("method", f"{setup.method}, seed {setup.seed}, weights {setup.weighting}")]
+    if setup.gls:
+        rows.append(("assumed", ASSUMES))
     rows += zip(("chosen search", "next better"), search_lines(search), strict=False)
     rows += [("" if k else "through", text) for k, text in enumerate(through_lines(fit))]
     held = fixed_words(fit)

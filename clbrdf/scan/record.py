@@ -12,16 +12,17 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
-from clbrdf.records import Record, frozen_map, html_table, span_words
+from clbrdf.records import Record, frozen_map, html_table
+from clbrdf.scan.average import averaged
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
-from clbrdf.scan.component import Component, checked_components, root_sum
-from clbrdf.scan.component_storage import write_components
-from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.scan.component import Component, checked_components, random_part, root_sum
+from clbrdf.scan.flags import FLAGS, check_flag_names, counted, flag_unusable
 from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
-from clbrdf.scan.select import places_of
-from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
+from clbrdf.scan.select import Index, in_columns, in_rows, picked, selected
+from clbrdf.scan.storage import POLARISATIONS, read_frame, write_scan
+from clbrdf.scan.told import main_rows, one_line
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = npt.NDArray[np.float64]
-
-Index = slice | Sequence[int] | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
 
 POLARISATION = ("unknown", "unpolarised", "s", "p")
 """Of the light that comes in, or of what is detected: s has its field normal to the plane of incidence."""
@@ -149,27 +148,10 @@ class Scan(Record):
         return len(self.theta_i)
 
     def __repr__(self) -> str:
-        n, w = self.brdf.shape
-        columns = ", ".join(self.bands) if self.bands else span_words(self.wavelength, "nm")
-        kind = "bands" if self.bands else "wavelength" + "s" * (w != 1)
-        masked = int(self.mask.sum())
-        told = f", {masked} values masked" if masked else ""
-        return f"<Scan of {self.sample or 'a sample'}: {n} directions, {w} {kind} ({columns}){told}>"
+        return one_line(self)
 
     def _repr_html_(self) -> str:
-        rows = {
-            "sample": self.sample or "–",
-            "instrument": self.instrument or "–",
-            "directions": str(len(self)),
-            "incident zeniths": span_words(self.incident_angles, "°"),
-            "view zeniths": span_words(self.theta_r, "°"),
-            "bands" if self.bands else "wavelengths": ", ".join(self.bands)
-            if self.bands
-            else f"{len(self.wavelength)}, {span_words(self.wavelength, 'nm')}",
-            "uncertainties": "none" if self.sigma is None else f"{np.isfinite(self.sigma).sum()} values",
-            "masked": f"{int(self.mask.sum())} of {self.brdf.size} values",
-        }
-        return html_table("Scan", rows)
+        return html_table("Scan", main_rows(self))
 
     def __getitem__(self, index: Index | tuple[Index, Index]) -> Scan:
         """Return the scan in some directions, and with a second index at some wavelengths.
@@ -182,18 +164,7 @@ class Scan(Record):
         >>> scan[scan.theta_i > 35.0, :1].brdf
         array([[0.5]])
         """
-        rows, columns = index if isinstance(index, tuple) else (index, slice(None))
-        out = self
-        for what, one, count in (("rows", rows, len(self)), ("columns", columns, len(self.wavelength))):
-            places = np.arange(count)
-            try:
-                chosen = np.atleast_1d(places[one])
-            except IndexError as error:
-                name = "directions" if what == "rows" else "wavelengths"
-                raise InputError(f"the scan has {count} {name}, and {error}") from None
-            if chosen.shape != places.shape or (chosen != places).any():
-                out = getattr(out, what)(chosen)
-        return out
+        return selected(self, index)
 
     def sel(
         self,
@@ -214,18 +185,8 @@ class Scan(Record):
         InputError
             Nothing is left, or wavelengths are asked of a scan of bands.
         """
-        places = np.arange(len(self))
         asked = {"theta_i": theta_i, "phi_i": phi_i, "theta_r": theta_r, "phi": phi}
-        for name, wanted in asked.items():
-            if wanted is not None:
-                values = getattr(self, name)[places]
-                places = places[places_of(name, values, wanted, nearest=False)]
-        out = self[places]
-        if wavelength is None:
-            return out
-        if self.bands:
-            raise InputError(f"the scan has the bands {', '.join(self.bands)} and no wavelengths")
-        return out.columns(places_of("wavelength", self.wavelength, wavelength, nearest=True))
+        return picked(self, asked, wavelength)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a table of pandas, one row a value; needs the extra clbrdf[table]."""
@@ -253,16 +214,7 @@ class Scan(Record):
         Of the components that are random over directions; without components all of `sigma`. Relative
         components are taken of the measured values.
         """
-        if not self.components:
-            return self.sigma
-        random = [one for one in self.components if one.is_random]
-        if not random:
-            return None
-        with np.errstate(invalid="ignore"):
-            out = root_sum(random, self.brdf)
-        if self.sigma is not None:
-            out[np.isnan(self.sigma)] = np.nan
-        return out
+        return random_part(self.components, self.brdf, self.sigma)
 
     @property
     def common_components(self) -> tuple[Component, ...]:
@@ -307,11 +259,7 @@ class Scan(Record):
     def flag_counts(self) -> dict[str, int]:
         """How many values carry each reason, those that occur."""
         assert self.flags is not None
-        counts = {
-            name: int(np.count_nonzero(self.flags & np.uint32(1 << k)))
-            for k, name in enumerate(self.flag_names)
-        }
-        return {name: count for name, count in counts.items() if count}
+        return counted(self.flags, self.flag_names)
 
     def at(self, wavelengths: npt.ArrayLike) -> Scan:
         """Return the scan at the measured wavelengths nearest to those given, nm.
@@ -329,31 +277,11 @@ class Scan(Record):
 
     def columns(self, index: Sequence[int] | slice | npt.NDArray[np.intp]) -> Scan:
         """Return the scan at some of its wavelengths, by their places."""
-        assert self.flags is not None
-        places = np.arange(len(self.wavelength))[index]
-        return replace(
-            self,
-            wavelength=self.wavelength[places],
-            brdf=self.brdf[:, places],
-            sigma=None if self.sigma is None else self.sigma[:, places],
-            flags=self.flags[:, places],
-            bands=tuple(self.bands[k] for k in places) if self.bands else (),
-            bandpass=None if self.bandpass is None else self.bandpass[places],
-            components=tuple(one.columns(places) for one in self.components),
-        )
+        return in_columns(self, index)
 
     def rows(self, index: Sequence[int] | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Scan:
         """Return the scan in some of its directions, by their places or where a (N,) mask is True."""
-        assert self.flags is not None
-        return replace(
-            self,
-            **{name: getattr(self, name)[index] for name in ANGLES},
-            brdf=self.brdf[index],
-            sigma=None if self.sigma is None else self.sigma[index],
-            flags=self.flags[index],
-            solid_angle=None if self.solid_angle is None else self.solid_angle[index],
-            components=tuple(one.rows(np.arange(len(self))[index]) for one in self.components),
-        )
+        return in_rows(self, index)
 
     def reflection(self) -> Scan:
         """Return the scan without its directions of transmission.
@@ -389,6 +317,25 @@ class Scan(Record):
         """How many directions repeat an earlier one exactly (drift checks, repeats)."""
         numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
         return len(numbers) - int(numbers.max()) - 1
+
+    def averaged(self) -> Scan:
+        """Return the scan with repeats of a direction as one: means of what is not masked.
+
+        Weights of the mean are 1/σ² where all repeats of a value have a σ above 0, else equal. σ of the mean
+        follows from those of the repeats, taken as independent; it does not follow from their scatter.
+        Where all repeats are masked, the flags of the first stay. Solid angles are means.
+
+        Raises
+        ------
+        InputError
+            The scan has components of uncertainty, which the mean of repeats would mix.
+        """
+        if self.components:
+            raise InputError("a mean of repeats would mix the components of the uncertainty; leave them out")
+        numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
+        if numbers.max() + 1 == len(numbers):
+            return self
+        return replace(self, **averaged(self, numbers))
 
     def rotations(self) -> Array:
         """Return the incident azimuths, degrees, where some θi, θr, φ was measured at several; else none.
@@ -432,23 +379,7 @@ class Scan(Record):
 
     def write(self, entry: h5py.Group) -> None:
         """Write the scan into an NXentry that follows NXoptical_spectroscopy where it fits."""
-        angles = {name: getattr(self, name) for name in ANGLES}
-        data = write_frame(entry, angles, self.wavelength, self.sample, self.instrument, self.bands)
-        hdf5.field(data, "brdf", self.brdf, "1/sr", "BRDF (1/sr)")
-        if self.sigma is not None:
-            hdf5.field(data, "brdf_errors", self.sigma, "1/sr", "standard uncertainty of the BRDF")
-        assert self.flags is not None
-        flags = hdf5.field(data, "flags", self.flags, "", "reasons for masking, as bits")
-        flags.attrs["names"] = list(self.flag_names)
-        if self.solid_angle is not None:
-            hdf5.field(data, "solid_angle", self.solid_angle, "sr", "solid angle of the receiver")
-        if self.bandpass is not None:
-            hdf5.field(data, "bandpass", self.bandpass, "nm", "full width at half maximum")
-        write_components(data, self.components, angles, self.brdf.shape)
-        for name in POLARISATIONS:
-            if getattr(self, name) != "unknown":
-                entry["instrument"].attrs[name] = getattr(self, name)
-        hdf5.write_mapping(entry, "provenance", self.provenance)
+        write_scan(entry, self)
 
     @classmethod
     def read(cls, entry: h5py.Group) -> Scan:

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.geometry import ANGLES
+
+if TYPE_CHECKING:
+    from clbrdf.scan.record import Scan
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
+
+Index = slice | Sequence[int] | npt.NDArray[np.bool_] | npt.NDArray[np.intp]
+Wanted = float | slice | Iterable[float]
 
 SAME_ANGLE = 1e-6
 """Degrees."""
 
 
-def places_of(name: str, values: Array, wanted: float | slice | Iterable[float], nearest: bool) -> Places:
+def places_of(name: str, values: Array, wanted: Wanted, nearest: bool) -> Places:
     """Return the places of values that are asked for, in the order of the values.
 
     Parameters
@@ -52,3 +61,77 @@ def places_of(name: str, values: Array, wanted: float | slice | Iterable[float],
     if not len(found):
         raise InputError(f"the scan has no {name} {said}; it has {values.min():g} to {values.max():g}")
     return found
+
+
+def selected(scan: Scan, index: Index | tuple[Index, Index]) -> Scan:
+    """Return a scan in some directions, and with a second index at some wavelengths.
+
+    Raises
+    ------
+    InputError
+        A place that the scan does not have.
+    """
+    rows, columns = index if isinstance(index, tuple) else (index, slice(None))
+    out = scan
+    for what, one, count in (("rows", rows, len(scan)), ("columns", columns, len(scan.wavelength))):
+        places = np.arange(count)
+        try:
+            chosen = np.atleast_1d(places[one])
+        except IndexError as error:
+            name = "directions" if what == "rows" else "wavelengths"
+            raise InputError(f"the scan has {count} {name}, and {error}") from None
+        if chosen.shape != places.shape or (chosen != places).any():
+            out = getattr(out, what)(chosen)
+    return out
+
+
+def picked(scan: Scan, angles: Mapping[str, Wanted | None], wavelength: Wanted | None) -> Scan:
+    """Return a scan in directions of some angles and at some wavelengths; None takes all.
+
+    Raises
+    ------
+    InputError
+        Nothing is left, or wavelengths are asked of a scan of bands.
+    """
+    places = np.arange(len(scan))
+    for name, wanted in angles.items():
+        if wanted is not None:
+            values = getattr(scan, name)[places]
+            places = places[places_of(name, values, wanted, nearest=False)]
+    out = selected(scan, places)
+    if wavelength is None:
+        return out
+    if scan.bands:
+        raise InputError(f"the scan has the bands {', '.join(scan.bands)} and no wavelengths")
+    return out.columns(places_of("wavelength", scan.wavelength, wavelength, nearest=True))
+
+
+def in_columns(scan: Scan, index: Index) -> Scan:
+    """Return a scan at some of its wavelengths, by their places."""
+    assert scan.flags is not None
+    places = np.arange(len(scan.wavelength))[index]
+    return replace(
+        scan,
+        wavelength=scan.wavelength[places],
+        brdf=scan.brdf[:, places],
+        sigma=None if scan.sigma is None else scan.sigma[:, places],
+        flags=scan.flags[:, places],
+        bands=tuple(scan.bands[k] for k in places) if scan.bands else (),
+        bandpass=None if scan.bandpass is None else scan.bandpass[places],
+        components=tuple(one.columns(places) for one in scan.components),
+    )
+
+
+def in_rows(scan: Scan, index: Index) -> Scan:
+    """Return a scan in some of its directions, by their places or where a (N,) mask is True."""
+    assert scan.flags is not None
+    angles: dict[str, Any] = {name: getattr(scan, name)[index] for name in ANGLES}
+    return replace(
+        scan,
+        **angles,
+        brdf=scan.brdf[index],
+        sigma=None if scan.sigma is None else scan.sigma[index],
+        flags=scan.flags[index],
+        solid_angle=None if scan.solid_angle is None else scan.solid_angle[index],
+        components=tuple(one.rows(np.arange(len(scan))[index]) for one in scan.components),
+    )

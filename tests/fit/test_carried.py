@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import clbrdf
+from clbrdf.errors import InputError
 from clbrdf.fit.carried import fewer
 from clbrdf.models import get_model
 from clbrdf.scan import Component, Correlation, Scan
@@ -153,3 +154,42 @@ def test_the_mean_over_wavelengths_keeps_what_is_common():
     assert mean.parts["panel"] == pytest.approx(0.03 * kd.mean(), rel=1e-9)
     assert mean.parts["noise"] == pytest.approx(np.sqrt((random**2).sum()) / 4.0, rel=1e-9)
     assert mean.sigma == pytest.approx(np.hypot(mean.parts["panel"], mean.parts["noise"]))
+
+
+def test_generalised_least_squares_against_the_dense_solution():
+    noise = Component("noise", 0.01, True, RANDOM, SYSTEMATIC, RANDOM)
+    alignment = Component("alignment", np.linspace(-0.02, 0.03, 12)[:, None], False, SYSTEMATIC, RANDOM)
+    scan = made((noise, Component("panel", 0.03), alignment), noise=0.01, seed=5, w=2)
+    usual = clbrdf.fit(scan, model=MODEL, weights="sigma")
+    fit = clbrdf.fit(scan, model=MODEL, weights="sigma", gls=True)
+    x = MODEL.features(scan.directions)
+    from scipy.optimize import least_squares
+
+    for k in range(2):
+        weighing = Scan(
+            *(getattr(scan, name) for name in ("theta_i", "phi_i", "theta_r", "phi_r")),
+            scan.wavelength[k : k + 1],
+            usual.evaluate()[:, k : k + 1],
+            components=tuple(one.columns([k]) for one in scan.components),
+        )
+        V = sum(covariance(weighing, one) for one in weighing.components)
+        L = np.linalg.cholesky(V)
+
+        def whitened(p, L=L, k=k):
+            return np.linalg.solve(L, MODEL.brdf(p, x) - scan.brdf[:, k])
+
+        end = least_squares(whitened, fit.vector[k], x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        np.testing.assert_allclose(fit.vector[k], end.x, rtol=1e-6)
+        expected = np.linalg.inv(end.jac.T @ end.jac)
+        found = sum(part.covariance for part in fit.estimate.parts)[k]
+        # The covariance is of the model's values at this optimum, the weights of those at the usual one.
+        np.testing.assert_allclose(np.sqrt(np.diag(found)), np.sqrt(np.diag(expected)), rtol=0.05)
+    assert not np.allclose(fit.vector, usual.vector, rtol=1e-4)
+
+
+@pytest.mark.parametrize("more", [{"smooth": 0.01}, {"shared": ("ward.alpha",)}, {"weights": "relative"}])
+def test_generalised_least_squares_alone(more):
+    noise = Component("noise", 0.01, True, RANDOM, SYSTEMATIC, RANDOM)
+    scan = made((noise, Component("panel", 0.03)))
+    with pytest.raises(InputError, match="gls takes weights 'sigma'"):
+        clbrdf.fit(scan, model=MODEL, gls=True, **{"weights": "sigma", **more})

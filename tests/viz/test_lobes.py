@@ -11,7 +11,8 @@ from clbrdf import Directions, Scan, evaluate
 from clbrdf.models import get_model
 from clbrdf.viz.colour_bar import value_paint
 from clbrdf.viz.directions import angles_of, unit_vectors
-from clbrdf.viz.lobes import FittedLobe, MeasuredLobe, joined_directions, reference_values
+from clbrdf.viz.joined import joined_directions
+from clbrdf.viz.lobes import FittedLobe, MeasuredLobe, reference_values
 from clbrdf.viz.marks import Marks
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import peak_text, points_text

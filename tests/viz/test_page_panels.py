@@ -13,25 +13,31 @@ from clbrdf.colour import colour_weights
 from clbrdf.models import get_model
 from clbrdf.viz.page import PageSubject, save_page
 from tests.planted import with_parameters, with_part
-from tests.viz.browsing import comes_true, readout
+from tests.viz.browsing import comes_true, readout, settled
 from tests.viz.conftest import FOIL, all_masked, fit_by_hand, fit_of
 
 
 def test_csv_and_pictures(show, foil_page):
     browser = show(foil_page)
+    settled(browser)
     text = browser.execute_script(
         """const kept = [];
         const make = URL.createObjectURL;
         URL.createObjectURL = (blob) => { kept.push(blob); return make.call(URL, blob); };
         const click = HTMLAnchorElement.prototype.click;
         HTMLAnchorElement.prototype.click = () => {};
-        for (const b of document.querySelectorAll('.save button')) if (b.offsetParent) b.click();
-        return new Promise((done) => setTimeout(async () => {
-          HTMLAnchorElement.prototype.click = click;
-          URL.createObjectURL = make;
-          const text = async (b) => (b.type === 'image/png' ? '' : await b.text());
-          done(await Promise.all(kept.map(async (b) => [b.type, b.size, await text(b)])));
-        }, 1500));"""
+        const buttons = [...document.querySelectorAll('.save [data-kind]')].filter((b) => b.offsetParent);
+        buttons.forEach((b) => b.click());
+        return new Promise((done) => {
+          const look = async (patience) => {
+            if (kept.length < buttons.length && patience) return setTimeout(look, 200, patience - 1);
+            HTMLAnchorElement.prototype.click = click;
+            URL.createObjectURL = make;
+            const text = async (b) => (b.type === 'image/png' ? '' : await b.text());
+            done(await Promise.all(kept.map(async (b) => [b.type, b.size, await text(b)])));
+          };
+          look(100);
+        });"""
     )
     kinds = [kind for kind, _, _ in text]
     # Maps, lobe, slice, sphere; cut, spectrum, parameters by hand and over wavelength, energy. There is no

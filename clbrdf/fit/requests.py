@@ -1,0 +1,63 @@
+"""What a fit is asked for, looked at before it begins."""
+
+from __future__ import annotations
+
+from operator import index
+from typing import SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from clbrdf.errors import InputError
+from clbrdf.scan import Scan
+
+PLAUSIBLE = (1e-15, 1e15)
+"""BRDF that a fit takes, 1/sr: within, single precision holds all that the chains form of it."""
+
+PART = 1 << 14
+"""Directions that are looked at at once."""
+
+
+def whole_seed(seed: SupportsIndex) -> int:
+    """Return a seed as an int, also one of NumPy; raise InputError where it is none, or too large."""
+    try:
+        whole = index(seed)
+    except TypeError:
+        whole = -1
+    if not 0 <= whole < 2**64:
+        raise InputError(f"seed is {seed}; give a whole number from 0 to 2^64 - 1")
+    return whole
+
+
+def reflection_of(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str | npt.ArrayLike, int]:
+    """Return scan and weights without directions of transmission, and how many there were."""
+    beyond = scan.transmitted
+    if not beyond.any():
+        return scan, weights, 0
+    per_direction = np.asarray(weights)
+    if not isinstance(weights, str) and per_direction.shape == beyond.shape:
+        weights = per_direction[~beyond]
+    return scan.reflection(), weights, int(np.count_nonzero(beyond))
+
+
+def check_number(name: str, value: float | None, low: float, high: float) -> None:
+    """Raise InputError where an option is given and is no number within its limits."""
+    if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
+        raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
+
+
+def check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
+    """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
+    low, high = PLAUSIBLE
+    smallest, largest = np.inf, 0.0
+    for first in range(0, len(scan), PART):
+        part = slice(first, first + PART)
+        used = np.abs(scan.brdf[part])
+        counts = (weights[part] > 0.0) & (used > 0.0)
+        smallest = used.min(initial=smallest, where=counts)
+        largest = used.max(initial=largest, where=counts)
+    if smallest < low or largest > high:
+        worst = largest if largest > high else smallest
+        raise InputError(
+            f"BRDF of {worst:g} 1/sr; fits take {low:g} to {high:g} 1/sr: check the unit of the data"
+        )
