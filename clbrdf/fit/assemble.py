@@ -25,7 +25,7 @@ from clbrdf.models import Model
 from clbrdf.objective import objective
 from clbrdf.opencl.device import Device
 from clbrdf.opencl.precision import get_precision
-from clbrdf.opencl.values import evaluate_directions
+from clbrdf.opencl.values import mean_over
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -130,7 +130,10 @@ def model_values(scan: Scan, layout: Layout, vector: Array, device: Device) -> A
     """Return what the detector sees (B, N), 1/sr, of parameters (B, P), in the order of the scan."""
     model = layout.seen.model
     if layout.seen.first is None:
-        return evaluate_directions(model, vector, scan.directions, get_precision("double"), device).T
+        x, values = layout.features[:, None, :], np.empty((len(vector), len(scan)))
+        seen = mean_over(model, vector[:, None, :], x, None, None, get_precision("double"), device)
+        values[:, layout.order] = seen.T
+        return values
     values = np.empty((len(vector), len(scan)))
     values[:, layout.order] = layout.seen.brdf(vector[:, None, :])
     return values
