@@ -117,7 +117,7 @@ def _cut(
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)
     phi_i = scan.phi_i[here[0]]
     line = Directions(np.full(1, angle), phi_i, np.abs(fine), np.where(fine < 0.0, 0.0, 180.0) + phi_i)
-    model = fit.model.brdf(fit.vector[k][None, :], fit.model.features(line))
+    model = fit.forward(line).brdf(fit.vector[k][None, :])
     top.plot(fine, model, color=colour, linewidth=1.0)
     deviation = 100.0 * (values[used, k] / scan.brdf[used, k] - 1.0)
     bottom.plot(zenith[used], deviation, marker=".", **style)

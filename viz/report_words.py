@@ -7,6 +7,7 @@ import numpy as np
 from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.result import Fit
+from clbrdf.fit.tables import goodness_rows
 from clbrdf.fit.words import gathered
 from clbrdf.scan import Scan
 
@@ -41,6 +42,7 @@ def summary_rows(fit: Fit) -> Rows:
     ]
     if good.size:
         rows.append(("E (13)", f"median {np.median(good):.4g}, from {good.min():.4g} to {good.max():.4g}"))
+    rows += goodness_rows(fit)
     if sigma.size:
         rows.append(
             ("σr (14)", f"median {np.median(sigma):.3g} %, from {sigma.min():.3g} to {sigma.max():.3g} %")

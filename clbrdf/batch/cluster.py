@@ -146,12 +146,25 @@ def look_at_workers(client: Client, version: str) -> tuple[dict[str, Able], dict
 
 
 def _kill_children() -> None:
-    """End all processes below this one, and wait until they have gone."""
+    """End all processes below this one, and wait until they have gone.
+
+    All but the one that removes semaphores (`start_tracker`), which ends when nobody needs it any more.
+    """
     import psutil
 
     for _ in range(3):  # a nanny's thread may start a worker in the meantime
-        children = psutil.Process(os.getpid()).children(recursive=True)
+        every = psutil.Process(os.getpid()).children(recursive=True)
+        children = [child for child in every if not _is_tracker(child)]
         for child in children:
             with suppress(psutil.Error):
                 child.kill()
         psutil.wait_procs(children, timeout=5)
+
+
+def _is_tracker(process: Any) -> bool:
+    import psutil
+
+    try:
+        return "multiprocessing.resource_tracker" in " ".join(process.cmdline())
+    except psutil.Error:
+        return False

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from clbrdf.batch.cluster import ANSWER_TIME
-from clbrdf.batch.folder import Catalogue
+from clbrdf.batch.folder import INDEX, Catalogue
 from clbrdf.batch.tasks import (
     Done,
     Look,
@@ -68,7 +68,7 @@ class Outcome:
     fitted, kept : int
         Scans that were fitted, and that were done before.
     failed : mapping of str to str
-        Why, by the path of the scan.
+        Why, by the path of the scan, or of the index.
     wavelengths : Counter
         Of the scans that were fitted, by status.
     sent : int
@@ -130,7 +130,7 @@ class _Batch:
         """
         deadline = time.monotonic() + ANSWER_TIME
         while time.monotonic() < deadline:
-            there = self.client.scheduler_info(n_workers=-1)["workers"]
+            there = self.client.nthreads()
             if able := [address for address in there if address not in self.bad]:
                 return able
             time.sleep(0.2)
@@ -286,7 +286,11 @@ def run_batch(
         except (OSError, StopIteration) as error:
             raise _lost(client) from error
         report(batch.fitted + batch.kept + len(batch.failed), len(sources))
-    catalogue.write_index()
+    try:
+        catalogue.write_index()
+    except InputError as error:  # what is fitted is whole; --resume writes the index
+        batch.failed[str(catalogue.folder / INDEX)] = str(error)
+        tell(str(error))
     return Outcome(batch.fitted, batch.kept, batch.failed, batch.wavelengths, batch.sent, batch.tasks)
 
 

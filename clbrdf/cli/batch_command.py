@@ -224,7 +224,7 @@ def _print_outcome(output: Path, outcome: Outcome, seconds: float) -> None:
     rows = [
         ["scans fitted", str(outcome.fitted)],
         *([["scans done before", str(outcome.kept)]] if outcome.kept else []),
-        *([["scans that failed", str(len(outcome.failed))]] if outcome.failed else []),
+        *([["failed", str(len(outcome.failed))]] if outcome.failed else []),
         *([f"  wavelengths {status}", str(count)] for status, count in outcome.wavelengths.most_common()),
         ["tasks", str(outcome.tasks)],
         ["seconds", f"{seconds:.0f}"],

@@ -24,7 +24,7 @@ def view_lines(directions: Directions) -> list[npt.NDArray[np.intp]]:
     ahead = np.abs(directions.phi - turned) < SAME_LINE
     signed = np.where(ahead, -directions.theta_r, directions.theta_r)
     key = np.stack([directions.theta_i, directions.phi_i, np.round(turned / SAME_LINE)], axis=1)
-    line = group_numbers(np.round(key, 6).astype(np.float64))
+    line = group_numbers(np.asarray(np.round(key, 6), dtype=np.float64))
     order = np.lexsort((signed, line))
     begins = np.append(0, np.flatnonzero(np.diff(line[order])) + 1)
     lengths = np.diff(np.append(begins, len(order)))

@@ -102,7 +102,7 @@ Remarks = tuple[Remark, ...]
 def remarks_of(fit: Fit) -> tuple[Remarks, ...]:
     """Return the remarks on each of the W wavelengths of a fit."""
     model, estimate, used = fit.model, fit.estimate, fit.setup.weights > 0.0
-    seen = ForwardModel(model, model.features(fit.scan.directions))
+    seen = ForwardModel.of(model, fit.observation)
     free = len(model.names) - len(fit.setup.fixed)
     about_goodness, about_values = _about_goodness(fit), _about_values(fit)
 
@@ -116,8 +116,9 @@ def remarks_of(fit: Fit) -> tuple[Remarks, ...]:
             kept = np.array([name not in lobe for name in model.names])
             return (Remark("no lobe", tuple(lobe)), *_held(model, vector, at_bound & kept))
         theta_i = fit.scan.theta_i[used[:, k]]
+        at_limit = [name for name, held in zip(model.names, at_bound, strict=True) if held]
         return (
-            *_undetermined(model, theta_i, estimate.undetermined[k], free),
+            *_undetermined(model, theta_i, estimate.undetermined[k], at_limit, free),
             *_held(model, vector, at_bound),
             *_correlated(model, estimate.correlation[k]),
         )
@@ -208,14 +209,23 @@ def _no_lobe(seen: ForwardModel, used: Mask, parameters: Array) -> bool:
     return bool((fitted - rest).max() <= NO_LOBE * fitted.max())
 
 
-def _undetermined(model: Model, theta_i: Array, undetermined: Mask, free: int) -> list[Remark]:
+def _undetermined(
+    model: Model, theta_i: Array, undetermined: Mask, at_limit: list[str], free: int
+) -> list[Remark]:
     """Which parameters the data cannot tell, and the reason where the model's structure gives one."""
     names = tuple(name for name, unknown in zip(model.names, undetermined, strict=True) if unknown)
+    structure = model.structure
+    if structure is not None and not names:
+        # A valley that the data leave open may end at a limit, where what remains is determined.
+        amplitude = {*structure.growth, structure.linear[0]}
+        seen, held = len(np.unique(theta_i)), amplitude & set(at_limit)
+        if held and seen < len(amplitude) <= free:
+            names = tuple(name for name in model.names if name in amplitude)
+            return [Remark("few angles", names, (seen, len(amplitude)))]
     if not names:
         return []
     if len(theta_i) < free:
         return [Remark("few values", names, (len(theta_i), free))]
-    structure = model.structure
     if structure is not None:
         amplitude = {*structure.growth, structure.linear[0]}
         seen = len(np.unique(theta_i))

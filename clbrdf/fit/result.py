@@ -269,20 +269,33 @@ class Fit(Record):
 
     def observed(self) -> Array:
         """Fitted values as the detector sees them in the scan's directions, (N, W), 1/sr."""
-        return self.evaluate() if self.through is None else self._seen(self.observation)
+        if self.through is None:
+            return self.evaluate()
+        return self._mixed(ForwardModel.of(self.model, self.observation))
 
-    def predict_seen(self, scan: Scan) -> Array:
-        """Fitted values as the same instrument sees them in the directions of a scan, (N, W), 1/sr.
+    def predict_seen(self, where: Scan | Directions) -> Array:
+        """Fitted values as the same instrument sees them in other directions, (N, W), 1/sr.
+
+        Of a scan, with the aperture that it tells of, if this fit took that of its own.
+        """
+        if self.through is None:
+            return self.evaluate(where.directions if isinstance(where, Scan) else where)
+        return self._mixed(self.forward(where))
+
+    def forward(self, where: Scan | Directions) -> ForwardModel:
+        """Return the model as the same instrument sees it in other directions, N.
 
         Its cones get as many nodes everywhere as they got where this fit needed most.
         """
+        directions = where.directions if isinstance(where, Scan) else where
         if self.through is None:
-            return self.evaluate(scan.directions)
-        return self._seen(self.through.elsewhere(scan).observation(scan.directions))
+            return ForwardModel(self.model, self.model.features(directions))
+        return ForwardModel.of(self.model, self.through.elsewhere(where).observation(directions))
 
-    def _seen(self, observation: Observation) -> Array:
+    def _mixed(self, seen: ForwardModel) -> Array:
+        """Values (N, W), mixed over wavelengths where a slit does so."""
         assert self.through is not None
-        out: Array = ForwardModel.of(self.model, observation).brdf(self.vector[:, None, :]).T
+        out: Array = seen.brdf(self.vector[:, None, :]).T
         fitted = self.setup.fitted
         slit = self.through.slit(self.wavelength[fitted])
         if slit is not None:

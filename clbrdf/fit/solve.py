@@ -27,6 +27,9 @@ ENOUGH = 0.3
 
 FOLLOWED = 12
 """Passes over the directions that a polish takes from a near optimum, at most as a rule."""
+ROUNDING = 1e-12
+"""Relative differences of E below this are rounding of its sum."""
+
 LEAST_USABLE = SAMPLE // 4
 """Values that a wavelength has to have on a sample of many directions, if it has as many at all."""
 
@@ -95,7 +98,7 @@ def _on_sample(
     """Solve a problem on a sample of its directions, and go to the end on all."""
     solution, ends = _look(few, method, settings, seed, report)
     polished = finish(problem, ends, settings.polish)
-    best, _ = _lowest(polished)
+    best, _ = _lowest(problem, polished)
     rows = np.arange(len(best))
     energy = polished.objective[rows, best]
     same = polished.objective <= np.maximum(energy * (1.0 + AS_LOW), EXACT)[:, None]
@@ -166,7 +169,7 @@ def _once(
 ) -> tuple[Solution, Ends]:
     found = method.search(problem, settings, seed, report)
     polished = polish(problem, found.coordinates, settings.polish, found.first, found.rough_iterations)
-    best, agreeing = _lowest(polished)
+    best, agreeing = _lowest(problem, polished)
     rows = np.arange(len(best))
     coordinates, energy = polished.coordinates[rows, best], polished.objective[rows, best]
     spent = polished.evaluations.sum(axis=1)
@@ -189,11 +192,22 @@ def _once(
     return solution, ends
 
 
-def _lowest(polished: Polished) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]:
-    """Return the place of the lowest end (W,) and how many agree with it (W,)."""
+def _lowest(problem: Problem, polished: Polished) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]:
+    """Return the place of the lowest end (W,) and how many agree with it (W,).
+
+    Of ends that differ by rounding alone, one that stands at fewer limits: where the data leave parameters
+    open, it shows that better than one that the limits have stopped.
+    """
     ends = np.where(np.isfinite(polished.objective), polished.objective, np.inf)
-    best = ends.argmin(axis=1)
-    level = np.maximum(ends.min(axis=1) * (1.0 + AS_LOW), EXACT)
+    lowest = ends.min(axis=1, keepdims=True)
+    free = np.array(problem.free, dtype=np.intp)
+    q = polished.coordinates[..., free]
+    held = (q <= problem.lower[:, None, free]) | (q >= problem.upper[:, None, free])
+    alike = ends <= np.maximum(lowest * (1.0 + ROUNDING), EXACT)
+    limits = np.where(alike, held.sum(axis=-1), len(free) + 1)
+    fewest = limits == limits.min(axis=1, keepdims=True)
+    best = np.where(fewest, ends, np.inf).argmin(axis=1)
+    level = np.maximum(lowest[:, 0] * (1.0 + AS_LOW), EXACT)
     return best, (ends <= level[:, None]).sum(axis=1)
 
 

@@ -94,13 +94,17 @@ class Through(Record):
         band = self.instrument.bandwidth
         return None if band is None else slit_matrix(band, wavelength)
 
-    def elsewhere(self, scan: Scan) -> Through:
-        """Return the same for the directions of another scan, all with the highest of these levels."""
-        angle, n = None, len(scan)
+    def elsewhere(self, where: Scan | Directions) -> Through:
+        """Return the same for other directions, all with the highest of these levels.
+
+        An aperture that the scan told of is that of the other scan, or for bare directions the median one.
+        """
+        angle, n = None, len(where)
         if self.instrument.aperture is not None:
             angle = np.full(n, self.instrument.aperture.angle)
         elif self.angle is not None:
-            angle = own_angle(scan)
+            known = self.angle[self.angle > 0.0]
+            angle = own_angle(where) if isinstance(where, Scan) else np.full(n, np.median(known))
         return replace(self, angle=angle, levels=np.tile(self.levels.max(axis=0), (n, 1)))
 
     def part(self, places: npt.NDArray[np.intp] | npt.NDArray[np.bool_], levels: Levels) -> Through:

@@ -215,3 +215,20 @@ def _unit_vectors(angles: Mapping[str, Array]) -> Array:
     theta, phi = np.deg2rad(angles["theta_r"]), np.deg2rad(angles["phi_r"])
     unit = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
     return np.asarray(np.rad2deg(unit))
+
+
+def random_part(components: Sequence[Component], brdf: Array, sigma: Array | None) -> Array | None:
+    """Return the standard uncertainty (N, W), 1/sr, of what differs from direction to direction.
+
+    Without components all of `sigma`; None where nothing is random. NaN where `sigma` is unknown.
+    """
+    if not components:
+        return sigma
+    random = [one for one in components if one.is_random]
+    if not random:
+        return None
+    with np.errstate(invalid="ignore"):
+        out = root_sum(random, brdf)
+    if sigma is not None:
+        out[np.isnan(sigma)] = np.nan
+    return out

@@ -87,3 +87,9 @@ def translated(flags: Bits, names: Sequence[str], into: Sequence[str]) -> Bits:
 
 def _bit(name: str) -> np.uint32:
     return np.uint32(1 << FLAGS.index(name))
+
+
+def counted(flags: npt.NDArray[np.uint32], names: Sequence[str]) -> dict[str, int]:
+    """Return how many values carry each reason, those that occur."""
+    counts = {name: int(np.count_nonzero(flags & np.uint32(1 << k))) for k, name in enumerate(names)}
+    return {name: count for name, count in counts.items() if count}

@@ -13,15 +13,15 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES, Directions, checked_angles, wrap_azimuth
 from clbrdf.records import Record, frozen_map, html_table
+from clbrdf.scan.average import averaged
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
-from clbrdf.scan.component import Component, checked_components, root_sum
-from clbrdf.scan.component_storage import write_components
-from clbrdf.scan.flags import FLAGS, check_flag_names, flag_unusable
+from clbrdf.scan.component import Component, checked_components, random_part, root_sum
+from clbrdf.scan.flags import FLAGS, check_flag_names, counted, flag_unusable
 from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
-from clbrdf.scan.select import Index, picked, selected
-from clbrdf.scan.storage import POLARISATIONS, read_frame, write_frame
+from clbrdf.scan.select import Index, in_columns, in_rows, picked, selected
+from clbrdf.scan.storage import POLARISATIONS, read_frame, write_scan
 from clbrdf.scan.told import main_rows, one_line
 from clbrdf.storage import hdf5
 
@@ -214,16 +214,7 @@ class Scan(Record):
         Of the components that are random over directions; without components all of `sigma`. Relative
         components are taken of the measured values.
         """
-        if not self.components:
-            return self.sigma
-        random = [one for one in self.components if one.is_random]
-        if not random:
-            return None
-        with np.errstate(invalid="ignore"):
-            out = root_sum(random, self.brdf)
-        if self.sigma is not None:
-            out[np.isnan(self.sigma)] = np.nan
-        return out
+        return random_part(self.components, self.brdf, self.sigma)
 
     @property
     def common_components(self) -> tuple[Component, ...]:
@@ -268,11 +259,7 @@ class Scan(Record):
     def flag_counts(self) -> dict[str, int]:
         """How many values carry each reason, those that occur."""
         assert self.flags is not None
-        counts = {
-            name: int(np.count_nonzero(self.flags & np.uint32(1 << k)))
-            for k, name in enumerate(self.flag_names)
-        }
-        return {name: count for name, count in counts.items() if count}
+        return counted(self.flags, self.flag_names)
 
     def at(self, wavelengths: npt.ArrayLike) -> Scan:
         """Return the scan at the measured wavelengths nearest to those given, nm.
@@ -290,31 +277,11 @@ class Scan(Record):
 
     def columns(self, index: Sequence[int] | slice | npt.NDArray[np.intp]) -> Scan:
         """Return the scan at some of its wavelengths, by their places."""
-        assert self.flags is not None
-        places = np.arange(len(self.wavelength))[index]
-        return replace(
-            self,
-            wavelength=self.wavelength[places],
-            brdf=self.brdf[:, places],
-            sigma=None if self.sigma is None else self.sigma[:, places],
-            flags=self.flags[:, places],
-            bands=tuple(self.bands[k] for k in places) if self.bands else (),
-            bandpass=None if self.bandpass is None else self.bandpass[places],
-            components=tuple(one.columns(places) for one in self.components),
-        )
+        return in_columns(self, index)
 
     def rows(self, index: Sequence[int] | slice | npt.NDArray[np.bool_] | npt.NDArray[np.intp]) -> Scan:
         """Return the scan in some of its directions, by their places or where a (N,) mask is True."""
-        assert self.flags is not None
-        return replace(
-            self,
-            **{name: getattr(self, name)[index] for name in ANGLES},
-            brdf=self.brdf[index],
-            sigma=None if self.sigma is None else self.sigma[index],
-            flags=self.flags[index],
-            solid_angle=None if self.solid_angle is None else self.solid_angle[index],
-            components=tuple(one.rows(np.arange(len(self))[index]) for one in self.components),
-        )
+        return in_rows(self, index)
 
     def reflection(self) -> Scan:
         """Return the scan without its directions of transmission.
@@ -350,6 +317,25 @@ class Scan(Record):
         """How many directions repeat an earlier one exactly (drift checks, repeats)."""
         numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
         return len(numbers) - int(numbers.max()) - 1
+
+    def averaged(self) -> Scan:
+        """Return the scan with repeats of a direction as one: means of what is not masked.
+
+        Weights of the mean are 1/σ² where all repeats of a value have a σ above 0, else equal. σ of the mean
+        follows from those of the repeats, taken as independent; it does not follow from their scatter.
+        Where all repeats are masked, the flags of the first stay. Solid angles are means.
+
+        Raises
+        ------
+        InputError
+            The scan has components of uncertainty, which the mean of repeats would mix.
+        """
+        if self.components:
+            raise InputError("a mean of repeats would mix the components of the uncertainty; leave them out")
+        numbers = group_numbers(np.stack([getattr(self, name) for name in ANGLES], axis=1))
+        if numbers.max() + 1 == len(numbers):
+            return self
+        return replace(self, **averaged(self, numbers))
 
     def rotations(self) -> Array:
         """Return the incident azimuths, degrees, where some θi, θr, φ was measured at several; else none.
@@ -393,23 +379,7 @@ class Scan(Record):
 
     def write(self, entry: h5py.Group) -> None:
         """Write the scan into an NXentry that follows NXoptical_spectroscopy where it fits."""
-        angles = {name: getattr(self, name) for name in ANGLES}
-        data = write_frame(entry, angles, self.wavelength, self.sample, self.instrument, self.bands)
-        hdf5.field(data, "brdf", self.brdf, "1/sr", "BRDF (1/sr)")
-        if self.sigma is not None:
-            hdf5.field(data, "brdf_errors", self.sigma, "1/sr", "standard uncertainty of the BRDF")
-        assert self.flags is not None
-        flags = hdf5.field(data, "flags", self.flags, "", "reasons for masking, as bits")
-        flags.attrs["names"] = list(self.flag_names)
-        if self.solid_angle is not None:
-            hdf5.field(data, "solid_angle", self.solid_angle, "sr", "solid angle of the receiver")
-        if self.bandpass is not None:
-            hdf5.field(data, "bandpass", self.bandpass, "nm", "full width at half maximum")
-        write_components(data, self.components, angles, self.brdf.shape)
-        for name in POLARISATIONS:
-            if getattr(self, name) != "unknown":
-                entry["instrument"].attrs[name] = getattr(self, name)
-        hdf5.write_mapping(entry, "provenance", self.provenance)
+        write_scan(entry, self)
 
     @classmethod
     def read(cls, entry: h5py.Group) -> Scan:

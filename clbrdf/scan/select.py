@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
+from clbrdf.geometry import ANGLES
 
 if TYPE_CHECKING:
     from clbrdf.scan.record import Scan
@@ -102,3 +104,34 @@ def picked(scan: Scan, angles: Mapping[str, Wanted | None], wavelength: Wanted |
     if scan.bands:
         raise InputError(f"the scan has the bands {', '.join(scan.bands)} and no wavelengths")
     return out.columns(places_of("wavelength", scan.wavelength, wavelength, nearest=True))
+
+
+def in_columns(scan: Scan, index: Index) -> Scan:
+    """Return a scan at some of its wavelengths, by their places."""
+    assert scan.flags is not None
+    places = np.arange(len(scan.wavelength))[index]
+    return replace(
+        scan,
+        wavelength=scan.wavelength[places],
+        brdf=scan.brdf[:, places],
+        sigma=None if scan.sigma is None else scan.sigma[:, places],
+        flags=scan.flags[:, places],
+        bands=tuple(scan.bands[k] for k in places) if scan.bands else (),
+        bandpass=None if scan.bandpass is None else scan.bandpass[places],
+        components=tuple(one.columns(places) for one in scan.components),
+    )
+
+
+def in_rows(scan: Scan, index: Index) -> Scan:
+    """Return a scan in some of its directions, by their places or where a (N,) mask is True."""
+    assert scan.flags is not None
+    angles: dict[str, Any] = {name: getattr(scan, name)[index] for name in ANGLES}
+    return replace(
+        scan,
+        **angles,
+        brdf=scan.brdf[index],
+        sigma=None if scan.sigma is None else scan.sigma[index],
+        flags=scan.flags[index],
+        solid_angle=None if scan.solid_angle is None else scan.solid_angle[index],
+        components=tuple(one.rows(np.arange(len(scan))[index]) for one in scan.components),
+    )

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import ANGLES
-from clbrdf.scan.component_storage import component_items, read_components, read_old_parts
+from clbrdf.scan.component_storage import component_items, read_components, read_old_parts, write_components
 from clbrdf.scan.flags import FLAGS
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import (
@@ -23,6 +23,8 @@ from clbrdf.storage.schema import (
 
 if TYPE_CHECKING:
     import h5py
+
+    from clbrdf.scan.record import Scan
 
 Array = npt.NDArray[np.float64]
 
@@ -84,6 +86,27 @@ def write_frame(
         data.attrs["wavelength_indices"] = 1
         hdf5.field(data, "wavelength", wavelength, "nm", "wavelength")
     return data
+
+
+def write_scan(entry: h5py.Group, scan: Scan) -> None:
+    """Write a scan into an NXentry."""
+    angles = {name: getattr(scan, name) for name in ANGLES}
+    data = write_frame(entry, angles, scan.wavelength, scan.sample, scan.instrument, scan.bands)
+    hdf5.field(data, "brdf", scan.brdf, "1/sr", "BRDF (1/sr)")
+    if scan.sigma is not None:
+        hdf5.field(data, "brdf_errors", scan.sigma, "1/sr", "standard uncertainty of the BRDF")
+    assert scan.flags is not None
+    flags = hdf5.field(data, "flags", scan.flags, "", "reasons for masking, as bits")
+    flags.attrs["names"] = list(scan.flag_names)
+    if scan.solid_angle is not None:
+        hdf5.field(data, "solid_angle", scan.solid_angle, "sr", "solid angle of the receiver")
+    if scan.bandpass is not None:
+        hdf5.field(data, "bandpass", scan.bandpass, "nm", "full width at half maximum")
+    write_components(data, scan.components, angles, scan.brdf.shape)
+    for name in POLARISATIONS:
+        if getattr(scan, name) != "unknown":
+            entry["instrument"].attrs[name] = getattr(scan, name)
+    hdf5.write_mapping(entry, "provenance", scan.provenance)
 
 
 def read_frame(entry: h5py.Group) -> dict[str, Any]:

@@ -145,7 +145,7 @@ def test_a_scan_that_fails_costs_a_line(run, scans, address, tmp_path):
         assert f"clbrdf: {path}: " in err
     assert "not an HDF5 file" in err
     assert f"{tmp_path / 'missing.h5'}: no such file" in err
-    assert "scans that failed" in out
+    assert "failed" in out
     assert files_of(folder) == ["batch.json", "foil0.h5", "foil1.h5", "index.parquet", "rows"]
 
 
@@ -281,8 +281,7 @@ def test_another_batch_and_another_process(run, scans, tmp_path):
     assert "holds another batch, with seed 0 and not 1" in err
 
 
-def test_a_full_disk_costs_a_line_for_each_scan(client, scans, tmp_path):
-    """A folder whose file cannot grow: /dev/full under the name of each temporary file."""
+def test_a_result_that_cannot_be_written_costs_a_line(client, scans, tmp_path):
     told = []
     with open_catalogue(tmp_path / "catalogue", request(), resume=False) as catalogue:
         shutil.rmtree(tmp_path / "catalogue" / "rows")
@@ -290,6 +289,12 @@ def test_a_full_disk_costs_a_line_for_each_scan(client, scans, tmp_path):
         outcome = run_batch(client, sources, catalogue, 2, tell=told.append)
     assert (outcome.fitted, len(outcome.failed)) == (0, 2)
     assert len(told) == 2
+    (tmp_path / "catalogue" / "index.parquet").mkdir(exist_ok=True)
+    with open_catalogue(tmp_path / "catalogue", request(), resume=True) as catalogue:
+        outcome = run_batch(client, sources, catalogue, 2, tell=told.append)
+    assert outcome.fitted == 2
+    assert list(outcome.failed) == [str(tmp_path / "catalogue" / "index.parquet")]
+    assert "is a folder" in told[2]
 
 
 def test_tasks_tell_what_they_cannot_see(tmp_path):

@@ -23,7 +23,7 @@ def scan():
 @pytest.mark.parametrize("model", ["wang2013", "ggx+lambert"])
 def test_every_executor_leaves_the_same_bytes(scan, model, tmp_path, monkeypatch):
     clbrdf.fit(scan, model=model).save(tmp_path / "whole.h5")
-    monkeypatch.setattr(blocks, "DEVICE_BYTES", 7 * 16 * len(scan))  # a few wavelengths a block
+    monkeypatch.setattr(blocks, "BLOCK_BYTES", 7 * 32 * len(scan))  # a few wavelengths a block
     told = []
     with Processes(2) as processes, ThreadPoolExecutor(1) as threads:
         for name, executor in (("serial", Serial()), ("processes", processes), ("threads", threads)):

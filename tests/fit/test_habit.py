@@ -130,3 +130,29 @@ def test_advice_is_in_the_words_of_who_reads_it(scan, tmp_path, capsys):
     assert "add --overwrite" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"fix=\{'n': "):
         clbrdf.fit(scan, model="rayleigh_rice")
+
+
+def test_repeats_become_one(scan):
+    """By hand: 1/σ² means of what is not masked, and their σ."""
+    again = scan[scan.theta_i == 40.0]
+    louder = replace(again, brdf=1.1 * again.brdf, sigma=2.0 * again.sigma)
+    flags = np.array(again.flags)
+    flags[0, 0] |= np.uint32(1)
+    both = Scan.merge(
+        [scan, louder, replace(again, flags=flags, brdf=9.0 * again.brdf, sigma=100.0 * again.sigma)]
+    )
+    mean = both.averaged()
+    assert len(mean) == len(scan)
+    assert mean.repeated_directions() == 0
+    a, b, c = again.brdf[:, 1], 1.1 * again.brdf[:, 1], 9.0 * again.brdf[:, 1]
+    s = again.sigma[:, 1] * np.array([[1.0], [2.0], [100.0]])
+    expected = (np.stack([a, b, c]) / s**2).sum(axis=0) / (1.0 / s**2).sum(axis=0)
+    there = mean.theta_i == 40.0
+    np.testing.assert_allclose(mean.brdf[there, 1], expected, rtol=1e-12)
+    np.testing.assert_allclose(mean.sigma[there, 1], (1.0 / s**2).sum(axis=0) ** -0.5, rtol=1e-12)
+    # The masked repeat has no part in its mean.
+    s0 = again.sigma[0, 0] * np.array([1.0, 2.0])
+    two = np.average([again.brdf[0, 0], 1.1 * again.brdf[0, 0]], weights=s0**-2.0)
+    assert mean.brdf[there, 0][0] == pytest.approx(two, rel=1e-12)
+    np.testing.assert_allclose(mean.brdf[~there], scan.brdf[~there], rtol=1e-14)  # (g f)/g rounds
+    assert scan.averaged() is scan

@@ -35,8 +35,9 @@ def test_few_incident_angles(angles, words):
         remark = remarks[0]
         assert (remark.kind, remark.numbers) == ("few angles", (len(angles), 3))
         assert words in remark_words(remark)
-        assert condition == np.inf
-    assert set(fit.status.tolist()) <= {"ambiguous"}
+        # The valley of equal E may end at a limit, and what remains is determined there.
+        assert condition == np.inf or any(r.kind == "at bound" for r in remarks)
+    assert set(fit.status.tolist()) <= {"ambiguous", "at bound"}
 
 
 def test_three_incident_angles_leave_nothing_open():
