@@ -124,11 +124,11 @@ class Control:
         self._changed()
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Fit picture and cut to a window of another size, pixels."""
+        """Fit picture and cut to a window of another size, pixels; who resizes the window draws it."""
         self.picture.resize(size)
         if self.cut is not None:
             self.cut.resize(self.picture.letter)
-        self._changed()
+        self._show_cut()
 
     def say(self, text: str) -> None:
         """Put a line at the foot of the picture."""
