@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 MOST_POINTS = 1_000_000
 
@@ -71,7 +71,7 @@ def _inside(low: float, high: float, words: str) -> Any:
 Series = Annotated[tuple[float, ...], BeforeValidator(_series)]
 
 
-class DirectionGrid(Settings):
+class DirectionGrid(TomlTable):
     """All combinations of incident and view angles.
 
     Attributes

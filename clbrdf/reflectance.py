@@ -31,7 +31,7 @@ SMALLEST_PANEL = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class HemisphereGrid:
     """Quadrature over view directions for one incident zenith.
 
     Attributes
@@ -47,7 +47,7 @@ class Grid:
     weight: Array
 
 
-def graded_grid(theta_i: float, max_zenith: float, points: int) -> Grid:
+def graded_grid(theta_i: float, max_zenith: float, points: int) -> HemisphereGrid:
     """Return a grid of panels graded around the mirror direction, `points` Gauss points a panel and axis.
 
     The azimuth runs over half the circle, φ from 0 to 180°, with doubled weights: isotropic models are
@@ -58,17 +58,17 @@ def graded_grid(theta_i: float, max_zenith: float, points: int) -> Grid:
     return _product(theta, theta_weight, phi, 2.0 * phi_weight)
 
 
-def uniform_grid(max_zenith: float, points: int) -> Grid:
+def uniform_grid(max_zenith: float, points: int) -> HemisphereGrid:
     """Return midpoints of a uniform grid, `points` in zenith and 2 × `points` in azimuth, as a scan has."""
     theta = (np.arange(points) + 0.5) * max_zenith / points
     phi = (np.arange(2 * points) + 0.5) * 180.0 / points
     return _product(theta, np.full(points, max_zenith / points), phi, np.full(2 * points, 180.0 / points))
 
 
-def _product(theta: Array, theta_weight: Array, phi: Array, phi_weight: Array) -> Grid:
+def _product(theta: Array, theta_weight: Array, phi: Array, phi_weight: Array) -> HemisphereGrid:
     radians = np.deg2rad(theta)
     ring = np.sin(radians) * np.cos(radians) * np.deg2rad(theta_weight)
-    return Grid(
+    return HemisphereGrid(
         np.repeat(theta, len(phi)),
         np.tile(phi, len(theta)),
         np.outer(ring, np.deg2rad(phi_weight)).ravel(),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import clbrdf
-from clbrdf.fit import Settings
+from clbrdf.fit import AnnealSettings
 from clbrdf.geometry import Directions
 from clbrdf.models import get_model
 from clbrdf.opencl.device import choose_device
@@ -91,7 +91,7 @@ def test_means_over_nodes(cpu, gpu):
 )
 def test_fits(cpu, gpu, scan, model, method):
     """Sums over directions run in another order: E at the optimum is the same to far below 1e-9."""
-    settings = Settings(chains=8, levels=10) if method == "anneal-separable" else None
+    settings = AnnealSettings(chains=8, levels=10) if method == "anneal-separable" else None
     first, second = (
         clbrdf.fit(scan, model=model, method=method, settings=settings, device=device)
         for device in (cpu, gpu)

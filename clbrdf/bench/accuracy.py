@@ -14,7 +14,7 @@ import numpy.typing as npt
 from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.bench.workload import median_seconds, workload
 from clbrdf.evaluate import evaluate_reference
-from clbrdf.fit.anneal import Settings
+from clbrdf.fit.anneal import AnnealSettings
 from clbrdf.fit.batch import batch_objective, prepare_objective
 from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.methods import METHODS
@@ -27,7 +27,7 @@ from clbrdf.opencl.device import Device
 from clbrdf.opencl.precision import PRECISIONS, Precision, get_precision
 from clbrdf.opencl.values import evaluate_directions
 from clbrdf.progress import Report, silent
-from clbrdf.reflectance import Grid, graded_grid, uniform_grid
+from clbrdf.reflectance import HemisphereGrid, graded_grid, uniform_grid
 from clbrdf.scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -59,7 +59,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Panel:
+class CostPanel:
     """One table: title, what the axes mean, its points."""
 
     title: str
@@ -73,7 +73,7 @@ def able(device: Device) -> list[Precision]:
     return [p for p in PRECISIONS.values() if p.dtype is np.float32 or device.has_double]
 
 
-def value_panel(device: Device) -> Panel:
+def value_panel(device: Device) -> CostPanel:
     """Measure (a): error of model values against 60 digits, over the time for one of many values."""
     model, points = get_model(), []
     easy_angles = np.arange(0.0, 81.0, 2.0)
@@ -99,7 +99,7 @@ def value_panel(device: Device) -> Panel:
                 for work, reference in zip(works, exact[name], strict=True)
             ]
             points.append(Point(name, p.name, seconds / (len(many) * len(sets)), max(errors)))
-    return Panel("(a) model values", "seconds a value", "largest relative error", tuple(points))
+    return CostPanel("(a) model values", "seconds a value", "largest relative error", tuple(points))
 
 
 def relative_error(values: Array, reference: Array) -> float:
@@ -108,7 +108,7 @@ def relative_error(values: Array, reference: Array) -> float:
     return float(np.max(np.abs(values[counted] / reference[counted] - 1.0), initial=0.0))
 
 
-def objective_panel(device: Device) -> Panel:
+def objective_panel(device: Device) -> CostPanel:
     """Measure (b): error of E against 60 digits, over the time for one model evaluation in it."""
     problem, sets = workload(device)
     few = sets[:, :3]
@@ -119,7 +119,7 @@ def objective_panel(device: Device) -> Panel:
         seconds = median_seconds(launch) / (problem.size[1] * sets.shape[1])
         error = relative_error(batch_objective(problem, few, p)[0], exact)
         points.append(Point("E near the optimum", p.name, seconds, error))
-    return Panel("(b) objective E", "seconds an evaluation", "largest relative error", tuple(points))
+    return CostPanel("(b) objective E", "seconds an evaluation", "largest relative error", tuple(points))
 
 
 def exact_objective(problem: Problem, sets: Array) -> Array:
@@ -141,7 +141,7 @@ FIT_SIZES = ((8, 5), (16, 8), (32, 15), (64, 30))
 FIT_SETTINGS = tuple((*size, name) for name in ("fast:4", "single") for size in FIT_SIZES)
 
 
-def fit_panel(device: Device, scan: Scan, report: Report = silent) -> Panel:
+def fit_panel(device: Device, scan: Scan, report: Report = silent) -> CostPanel:
     """Measure (c): excess of E and error of the parameters over the time, for chains × steps × precision.
 
     Found is an excess below 1e-6; the error of the coordinates q is a share of their range, the median of
@@ -153,7 +153,7 @@ def fit_panel(device: Device, scan: Scan, report: Report = silent) -> Panel:
     problem = make_problem(scan, weight_matrix(scan), model, model.bounds(), device)
     runs = []
     for k, (chains, levels, name) in enumerate(FIT_SETTINGS):
-        settings = Settings(chains=chains, levels=levels, starts=max(1, chains // 8), precision=name)
+        settings = AnnealSettings(chains=chains, levels=levels, starts=max(1, chains // 8), precision=name)
         label = f"{chains} × {levels * settings.sweeps}"
         alone = replace(settings, starts=1, polish="none")
         runs.append((f"alone, {name}", label, *_timed(problem, "anneal", alone)))
@@ -162,7 +162,7 @@ def fit_panel(device: Device, scan: Scan, report: Report = silent) -> Panel:
     for words, dictionary in (*METHODS["dictionary"].cheaper, ("two looks", DictionarySettings())):
         label = words.removeprefix("dictionary").strip(", ").replace("in single precision", "single")
         runs.append(("dictionary", label, *_timed(problem, "dictionary", dictionary)))
-    long = solve(problem, METHODS["anneal"], Settings(chains=128, levels=40, starts=32), 1, silent)
+    long = solve(problem, METHODS["anneal"], AnnealSettings(chains=128, levels=40, starts=32), 1, silent)
     solutions = [long, *(run[3] for run in runs)]
     lowest = np.argmin([solution.objective for solution in solutions], axis=0)
     best = np.min([solution.objective for solution in solutions], axis=0)
@@ -175,7 +175,7 @@ def fit_panel(device: Device, scan: Scan, report: Report = silent) -> Panel:
         met = f"{100 * np.mean(excess < 1e-6):.0f} % found, q ± {share:.0e}"
         middle = float(np.median(np.maximum(excess, 1e-16)))
         points.append(Point(series, label, seconds / len(best), middle, met))
-    return Panel("(c) fit: chains × sweeps", "seconds a wavelength", "median excess of E", tuple(points))
+    return CostPanel("(c) fit: chains × sweeps", "seconds a wavelength", "median excess of E", tuple(points))
 
 
 def _timed(problem: Problem, method: str, settings: Any) -> tuple[float, Solution]:
@@ -193,18 +193,18 @@ NARROW = {**BROAD, "c": -np.log(2.0) / (1.0 - np.cos(np.deg2rad(0.025))), "ks": 
 a third of the light."""
 
 
-def integral_panel(device: Device) -> Panel:
+def integral_panel(device: Device) -> CostPanel:
     """Measure (d): error of the reflectance to 85° at θi = 60° over the time, for growing grids."""
     model, double, points = get_model(), get_precision("double"), []
 
-    def integrate(grid: Grid, parameters: Array) -> float:
+    def integrate(grid: HemisphereGrid, parameters: Array) -> float:
         directions = Directions.relative(np.full(1, 60.0), grid.theta_r, grid.phi)
         return float(grid.weight @ evaluate_directions(model, parameters, directions, double, device)[:, 0])
 
-    def make_and_integrate(maker: Callable[[int], Grid], n: int, parameters: Array) -> float:
+    def make_and_integrate(maker: Callable[[int], HemisphereGrid], n: int, parameters: Array) -> float:
         return integrate(maker(n), parameters)
 
-    makers: dict[str, tuple[Callable[[int], Grid], tuple[int, ...]]] = {
+    makers: dict[str, tuple[Callable[[int], HemisphereGrid], tuple[int, ...]]] = {
         "uniform": (lambda n: uniform_grid(85.0, n), (17, 34, 85, 170, 340, 850)),
         "graded": (lambda n: graded_grid(60.0, 85.0, n), (2, 3, 4, 6, 8, 12)),
     }
@@ -217,7 +217,7 @@ def integral_panel(device: Device) -> Panel:
                 seconds = median_seconds(partial(make_and_integrate, maker, n, parameters), 3)
                 error = max(abs(integrate(grid, parameters) / exact - 1.0), 1e-16)
                 points.append(Point(f"{kind}, {lobe} lobe", f"{len(grid.weight)} directions", seconds, error))
-    return Panel("(d) reflectance to 85°", "seconds an integral", "relative error", tuple(points))
+    return CostPanel("(d) reflectance to 85°", "seconds an integral", "relative error", tuple(points))
 
 
 def thinned(scan: Scan, wavelengths: int) -> Scan:

@@ -56,7 +56,7 @@ LEAD = "left-out angles, one standard error"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialOutcome:
     """What came out of one made scan.
 
     Attributes
@@ -126,9 +126,9 @@ def run(
     seeds: Sequence[int] = range(SEEDS),
     systematic: Sequence[float] = SYSTEMATIC,
     report: Report = silent,
-) -> list[Outcome]:
+) -> list[TrialOutcome]:
     """Choose on made scans, one for each seed and size of the systematic error."""
-    out: list[Outcome] = []
+    out: list[TrialOutcome] = []
     total = len(seeds) * len(systematic)
     for size in systematic:
         for seed in seeds:
@@ -136,16 +136,16 @@ def run(
             choice = choose(made_scan(seed, size), CANDIDATES, weights="sigma", device=device)
             picked = {name: rule(choice) for name, rule in RULES.items()}
             lowest = min(row.chi2_reduced for row in choice.ranking)
-            out.append(Outcome(seed, size, picked, not choice.fits, lowest))
+            out.append(TrialOutcome(seed, size, picked, not choice.fits, lowest))
     report(total, total)
     return out
 
 
-def truths(outcomes: Sequence[Outcome], systematic: float, rule: str) -> int:
+def truths(outcomes: Sequence[TrialOutcome], systematic: float, rule: str) -> int:
     """Count how often a rule picked the truth at one size of the systematic error."""
     return sum(o.picked[rule] == TRUTH for o in outcomes if o.systematic == systematic)
 
 
-def refusals(outcomes: Sequence[Outcome], systematic: float) -> int:
+def refusals(outcomes: Sequence[TrialOutcome], systematic: float) -> int:
     """Count how often `choose` said that no model fits."""
     return sum(o.no_model_fits for o in outcomes if o.systematic == systematic)

@@ -88,7 +88,7 @@ class Rules:
 
 
 @dataclass(frozen=True)
-class Run:
+class OptimizerRun:
     """One contender on one wavelength from one seed.
 
     Attributes
@@ -130,7 +130,7 @@ Job = tuple[str, Problem, str, float, int, int, str]
 
 def run_optimizers(
     tasks: Sequence[Task], rules: Rules, executor: Executor | None = None, report: Report = silent
-) -> list[Run]:
+) -> list[OptimizerRun]:
     """Return a run of each optimizer on each wavelength from each seed."""
     jobs: list[Job] = []
     # The longest first, so that no process is left with one at the end.
@@ -149,13 +149,13 @@ def run_optimizers(
     return sorted(runs, key=lambda run: order[run.contender])
 
 
-def _run(job: Job) -> Run:
+def _run(job: Job) -> OptimizerRun:
     name, problem, label, reference, seed, evaluations, kind = job
     objective = OBJECTIVES[kind](problem)
     aims = [target_value(reference, target) for target in TARGETS]
     trace = minimise(name, objective, evaluations=evaluations, seed=seed, target=aims[-1], seconds=LONGEST)
     costs = [trace.cost_to(aim) for aim in aims]
-    return Run(
+    return OptimizerRun(
         contender=name,
         problem=label,
         wavelength=float(problem.keys[0]) / 1000.0,
@@ -168,7 +168,9 @@ def _run(job: Job) -> Run:
     )
 
 
-def run_methods(tasks: Sequence[Task], rules: Rules, device: Device, report: Report = silent) -> list[Run]:
+def run_methods(
+    tasks: Sequence[Task], rules: Rules, device: Device, report: Report = silent
+) -> list[OptimizerRun]:
     """Return a run of each of our methods on each wavelength from each seed."""
     runs, total, done = [], len(rules.methods) * len(tasks) * rules.seeds, 0
     for method in rules.methods:
@@ -182,7 +184,7 @@ def run_methods(tasks: Sequence[Task], rules: Rules, device: Device, report: Rep
     return runs
 
 
-def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
+def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[OptimizerRun]:
     """Return what one fit of a problem comes to, a run for each wavelength."""
     result = _fit(task.problem, method, device, seed)
     gaps = relative_gap(result.objective, task.reference)
@@ -191,7 +193,7 @@ def fit_runs(task: Task, method: str, seed: int, device: Device) -> list[Run]:
     for wavelength, gap, spent in zip(result.wavelength, gaps, result.search.evaluations, strict=True):
         reached = [gap <= target for target in TARGETS]
         runs.append(
-            Run(
+            OptimizerRun(
                 contender=method,
                 problem=task.problem.name,
                 wavelength=float(wavelength),

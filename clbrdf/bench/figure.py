@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clbrdf.bench.accuracy import Panel
+from clbrdf.bench.accuracy import CostPanel
 from clbrdf.viz.curves import COLOURS
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 MARKERS = "os^Dv*"
 
 
-def accuracy_figure(panels: Sequence[Panel], device: str) -> Figure:
+def accuracy_figure(panels: Sequence[CostPanel], device: str) -> Figure:
     """Draw the panels, time to the right, error upwards, both logarithmic."""
     from matplotlib.figure import Figure
 
@@ -26,7 +26,7 @@ def accuracy_figure(panels: Sequence[Panel], device: str) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, panel: Panel) -> None:
+def _draw(axes: Axes, panel: CostPanel) -> None:
     from matplotlib.ticker import LogFormatterSciNotation, NullFormatter
 
     series = list(dict.fromkeys(point.series for point in panel.points))

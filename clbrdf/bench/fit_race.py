@@ -146,7 +146,7 @@ def race_directions(incident: int, views: float = 1.0) -> Directions:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RaceRun:
     """One whole fit by one of our methods, in a process of its own.
 
     Attributes
@@ -198,7 +198,7 @@ def fit_in_child(
     device: Device,
     views: float = 1.0,
     model: str = DEFAULT_MODEL,
-) -> Run:
+) -> RaceRun:
     """Fit a race scan in a fresh process and tell time and memory.
 
     Raises
@@ -220,7 +220,7 @@ def fit_in_child(
         raise DeviceError(f"the fit of {wavelengths} wavelengths by {method} failed: {last[0]}")
     row = json.loads(ended.stdout)
     directions = row["directions"]
-    return Run(
+    return RaceRun(
         method, incident, directions, wavelengths, row["seconds"], row["peak"], np.array(row["objective"])
     )
 
@@ -286,7 +286,7 @@ def _default_annealing(objective: NumpyObjective, seed: int) -> float:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RacePlan:
     """What a race measures.
 
     Attributes
@@ -322,9 +322,9 @@ def able_chains(model: str) -> tuple[str, ...]:
     return tuple(method for method in SLOW if some or method != "anneal-separable")
 
 
-def run_race(plan: Plan, device: Device, report: Report = silent) -> tuple[list[Run], list[PeerRun]]:
+def run_race(plan: RacePlan, device: Device, report: Report = silent) -> tuple[list[RaceRun], list[PeerRun]]:
     """Run everything of a plan; the fits of the largest size before, between and after the peers."""
-    runs: list[Run] = []
+    runs: list[RaceRun] = []
     peers: list[PeerRun] = []
     largest, middle = max(plan.sizes), sorted(plan.sizes)[len(plan.sizes) // 2]
     slow = able_chains(plan.model)
@@ -366,7 +366,7 @@ def found_share(energy: Array, lowest: Array) -> float:
     return float(np.mean(energy <= lowest * (1.0 + FOUND)))
 
 
-def growth(runs: Sequence[Run], incident: int, wavelengths: int) -> float:
+def growth(runs: Sequence[RaceRun], incident: int, wavelengths: int) -> float:
     """Ratio of median seconds per doubling, from the next smaller number of wavelengths to this one."""
     times = seconds_by_size(runs, incident)
     smaller = max(w for w in times if w < wavelengths)
@@ -374,7 +374,7 @@ def growth(runs: Sequence[Run], incident: int, wavelengths: int) -> float:
     return float((times[wavelengths] / times[smaller]) ** (1.0 / doublings))
 
 
-def seconds_by_size(runs: Sequence[Run], incident: int, method: str = "auto") -> dict[int, float]:
+def seconds_by_size(runs: Sequence[RaceRun], incident: int, method: str = "auto") -> dict[int, float]:
     """Median seconds of the fits with the usual directions by W."""
     usual = [r for r in runs if r.method == method and r.incident == incident and r.directions == DIRECTIONS]
     sizes = sorted({r.wavelengths for r in usual})

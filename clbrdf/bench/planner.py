@@ -16,11 +16,11 @@ import numpy.typing as npt
 from clbrdf.geometry import Directions, cos_deg
 from clbrdf.models import get_model
 from clbrdf.progress import Report, silent
-from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
+from clbrdf.rig.adaptive.candidates import CandidatePoints, make_candidates
 from clbrdf.rig.adaptive.goal import Goal
 from clbrdf.rig.adaptive.knowledge import Knowledge, learn
-from clbrdf.rig.adaptive.light import Light
-from clbrdf.rig.adaptive.observe import Observation
+from clbrdf.rig.adaptive.light import NoiseModel
+from clbrdf.rig.adaptive.observe import CalibratedPoint
 from clbrdf.rig.adaptive.planner import AdaptivePlanner
 from clbrdf.rig.adaptive.settings import Adaptive
 from clbrdf.rig.budget import Budget, PointSources, Source
@@ -52,7 +52,7 @@ MOST = 3000
 
 
 @dataclass(frozen=True)
-class Surface:
+class PlannedSurface:
     """What is measured and what is fitted to it.
 
     Attributes
@@ -89,14 +89,14 @@ class Surface:
 
 
 SURFACES = (
-    Surface(
+    PlannedSurface(
         "narrow ggx",
         "ggx+lambert",
         {"ggx.alpha": 0.05, "ggx.F0": 0.3, "ggx.F90": 1.0, "lambert.rho": 0.2},
         "ggx+lambert",
         "ggx.alpha",
     ),
-    Surface(
+    PlannedSurface(
         "wang2013",
         "wang2013",
         {"a": 3.87, "b": 0.5216, "c": -300.0, "d": 0.74, "ks": 451.7958, "kd": 1.3034},
@@ -105,7 +105,7 @@ SURFACES = (
         # exp[c (γ²/2)^d] falls to 1/e at γ ~ |c|^(−1/2d), with the d of this surface.
         2.0 * 0.74,
     ),
-    Surface(
+    PlannedSurface(
         "ggx as beckmann",
         "ggx+lambert",
         {"ggx.alpha": 0.15, "ggx.F0": 0.3, "ggx.F90": 1.0, "lambert.rho": 0.2},
@@ -116,7 +116,7 @@ SURFACES = (
 
 
 @dataclass(frozen=True)
-class Run:
+class PlanRun:
     """One plan on one surface with one seed.
 
     Attributes
@@ -148,16 +148,16 @@ class Run:
 class SimulatedLight:
     """An observer of points that were never measured."""
 
-    def __init__(self, surface: Surface, plan: Plan, rig: Rig, seed: int) -> None:
+    def __init__(self, surface: PlannedSurface, plan: Plan, rig: Rig, seed: int) -> None:
         relative = Source(name="point", percent=NOISE, kind="point")
         budget = Budget(
             mechanical=(relative,), illumination=(), detection=(), personal=(), points=PointSources()
         )
         self.surface, self.seed = surface, seed
         rate, pixels = np.full(1, 1.0e8), np.full(1, 11.0)
-        self.whole = Light(plan, rig, budget, rate, pixels, rig.spectrometer.bias, 15500.0)
+        self.whole = NoiseModel(plan, rig, budget, rate, pixels, rig.spectrometer.bias, 15500.0)
 
-    def light(self, row: Row, wavelength: Array) -> Light:
+    def light(self, row: Row, wavelength: Array) -> NoiseModel:
         """Return the light, always the same."""
         del row, wavelength
         return self.whole
@@ -178,13 +178,13 @@ class SimulatedLight:
             nominal,
         )
 
-    def observe(self, row: Row) -> Observation:
+    def observe(self, row: Row) -> CalibratedPoint:
         """Return the surface's value with noise."""
         sigma, _ = self._noise(row.nominal)
         value = self.surface.values(_one(row.nominal))[:, 0]
         deviate = np.random.default_rng([self.seed, row.point]).standard_normal()
         measured = value + sigma[:, 0] * deviate
-        return Observation(row.nominal, WAVELENGTH, measured, sigma[:, 0] * np.abs(measured / value))
+        return CalibratedPoint(row.nominal, WAVELENGTH, measured, sigma[:, 0] * np.abs(measured / value))
 
     def _noise(self, nominal: Array) -> tuple[Array, Array]:
         direction = _one(nominal)
@@ -196,7 +196,7 @@ def _one(nominal: Array) -> Directions:
     return Directions(*(np.atleast_1d(angle) for angle in nominal))
 
 
-def bench_plan(surface: Surface, target: float) -> Plan:
+def bench_plan(surface: PlannedSurface, target: float) -> Plan:
     """Return the plan: in plane, five incident angles, views every quarter of a degree."""
     return Plan(
         theta_i=(15.0, 30.0, 45.0, 60.0, 75.0),
@@ -214,7 +214,7 @@ def bench_plan(surface: Surface, target: float) -> Plan:
 FIXED: dict[str, dict[str, float]] = {"beckmann+lambert": {"beckmann.F90": 1.0}}
 
 
-def measure_adaptive(surface: Surface, rig: Rig, seed: int) -> list[Run]:
+def measure_adaptive(surface: PlannedSurface, rig: Rig, seed: int) -> list[PlanRun]:
     """Run the planner to the finest target; tell when it passed each."""
     plan = bench_plan(surface, TARGETS[-1])
     assert plan.adaptive is not None
@@ -226,10 +226,10 @@ def measure_adaptive(surface: Surface, rig: Rig, seed: int) -> list[Run]:
     for wanted in TARGETS:
         state = next((s for s in planner.states if s.reached <= wanted * surface.power), None)
         if state is None or state.knowledge is None:
-            runs.append(Run(surface.name, "adaptive", seed, wanted, 0, np.nan, np.nan, np.nan))
+            runs.append(PlanRun(surface.name, "adaptive", seed, wanted, 0, np.nan, np.nan, np.nan))
             continue
         z, chi2 = _z(surface, state.knowledge), state.knowledge.misfit.chi2
-        runs.append(Run(surface.name, "adaptive", seed, wanted, state.points, state.seconds, z, chi2))
+        runs.append(PlanRun(surface.name, "adaptive", seed, wanted, state.points, state.seconds, z, chi2))
     return runs
 
 
@@ -237,7 +237,7 @@ def _quiet(kind: str, text: str) -> None:
     del kind, text
 
 
-def measure_uniform(surface: Surface, rig: Rig, seed: int) -> list[Run]:
+def measure_uniform(surface: PlannedSurface, rig: Rig, seed: int) -> list[PlanRun]:
     """Take evenly spread views at each incident angle, more and more, until a fit reaches a target."""
     plan = bench_plan(surface, TARGETS[-1])
     assert plan.adaptive is not None
@@ -255,17 +255,17 @@ def measure_uniform(surface: Surface, rig: Rig, seed: int) -> list[Run]:
             while targets and reached <= targets[0] * surface.power:
                 seconds, z = _seconds(candidates, places, observer, rig), _z(surface, knowledge)
                 runs.append(
-                    Run(surface.name, "uniform", seed, targets.pop(0), len(places), seconds, z, np.nan)
+                    PlanRun(surface.name, "uniform", seed, targets.pop(0), len(places), seconds, z, np.nan)
                 )
             # σ falls as the root of the number: the last steps to a target are small ones.
             missing = reached / (targets[0] * surface.power) if targets else 1.0
             count *= max(GROWTH, min(LARGEST_GROWTH, 0.7 * missing**2))
         else:
             count *= GROWTH
-    return runs + [Run(surface.name, "uniform", seed, t, 0, np.nan, np.nan, np.nan) for t in targets]
+    return runs + [PlanRun(surface.name, "uniform", seed, t, 0, np.nan, np.nan, np.nan) for t in targets]
 
 
-def _uniform(candidates: Candidates, count: int, random: np.random.Generator) -> list[int]:
+def _uniform(candidates: CandidatePoints, count: int, random: np.random.Generator) -> list[int]:
     """Return evenly spaced views, from a random phase, at every incident angle."""
     incident = np.unique(candidates.directions.theta_i)
     places: list[int] = []
@@ -279,7 +279,7 @@ def _uniform(candidates: Candidates, count: int, random: np.random.Generator) ->
     return places
 
 
-def _seconds(candidates: Candidates, places: list[int], observer: SimulatedLight, rig: Rig) -> float:
+def _seconds(candidates: CandidatePoints, places: list[int], observer: SimulatedLight, rig: Rig) -> float:
     speeds = [getattr(rig.stages, name) for name in AXES]
     _, axes = arrange(candidates.axes[places], speeds, "shortest")
     travel = travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), speeds).sum()
@@ -287,7 +287,7 @@ def _seconds(candidates: Candidates, places: list[int], observer: SimulatedLight
     return float(travel + exposures + len(places) * overhead(rig))
 
 
-def _z(surface: Surface, knowledge: Knowledge) -> float:
+def _z(surface: PlannedSurface, knowledge: Knowledge) -> float:
     if not surface.is_right:
         return float("nan")
     place = knowledge.model.names.index(surface.wanted)
@@ -302,9 +302,9 @@ def sample_rig() -> Rig:
         return load_rig(path)
 
 
-def measure_plans(rig: Rig, seeds: int, report: Report = silent) -> list[Run]:
+def measure_plans(rig: Rig, seeds: int, report: Report = silent) -> list[PlanRun]:
     """Measure every surface both ways with some seeds."""
-    runs: list[Run] = []
+    runs: list[PlanRun] = []
     total, done = len(SURFACES) * seeds, 0
     for surface in SURFACES:
         for seed in range(seeds):

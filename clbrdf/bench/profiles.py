@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.bench.comparison import TARGETS, Run
+from clbrdf.bench.comparison import TARGETS, OptimizerRun
 
 Array = npt.NDArray[np.float64]
 
@@ -61,9 +61,9 @@ class Costs:
         return self.seconds, self.elapsed
 
 
-def costs_of(runs: Sequence[Run], contender: str) -> Costs:
+def costs_of(runs: Sequence[OptimizerRun], contender: str) -> Costs:
     """Gather the runs of a contender, which has as many seeds on each wavelength."""
-    places: dict[tuple[str, float], list[Run]] = {}
+    places: dict[tuple[str, float], list[OptimizerRun]] = {}
     for run in runs:
         if run.contender == contender:
             places.setdefault((run.problem, run.wavelength), []).append(run)

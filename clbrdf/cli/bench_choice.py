@@ -12,7 +12,7 @@ from clbrdf.bench.choice import (
     SEEDS,
     SYSTEMATIC,
     TRUTH,
-    Outcome,
+    TrialOutcome,
     refusals,
     run,
     truths,
@@ -39,7 +39,7 @@ def bench_choice(device: Device, seeds: int | None = None) -> dict[str, Any]:
     return {"truth": TRUTH, "candidates": list(CANDIDATES), "outcomes": [asdict(o) for o in outcomes]}
 
 
-def print_outcomes(outcomes: list[Outcome], count: int) -> None:
+def print_outcomes(outcomes: list[TrialOutcome], count: int) -> None:
     """Print a row for each rule, a column for each size of the systematic error."""
     rows = [[rule, *(str(truths(outcomes, size, rule)) for size in SYSTEMATIC)] for rule in RULES]
     rows.append(["choose says that no model fits", *(str(refusals(outcomes, s)) for s in SYSTEMATIC)])

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from clbrdf.bench.accuracy import Panel, fit_panel, integral_panel, objective_panel, thinned, value_panel
+from clbrdf.bench.accuracy import CostPanel, fit_panel, integral_panel, objective_panel, thinned, value_panel
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.bench_batch import bench_batch
@@ -199,6 +199,6 @@ def _accuracy(device: Device, png: Path | None, overwrite: bool) -> dict[str, ob
     return {"accuracy": [asdict(panel) for panel in panels]}
 
 
-def _print_panel(panel: Panel) -> None:
+def _print_panel(panel: CostPanel) -> None:
     rows = [[p.series, p.name, f"{p.seconds:.2e}", f"{p.error:.1e}", p.note] for p in panel.points]
     print_table(panel.title, ("", "", panel.work, panel.error, ""), rows, left=2)

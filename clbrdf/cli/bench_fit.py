@@ -13,8 +13,8 @@ from clbrdf.bench.fit_race import (
     FOUND,
     PEER_WAVELENGTHS,
     PeerRun,
-    Plan,
-    Run,
+    RacePlan,
+    RaceRun,
     found_share,
     growth,
     peer_places,
@@ -32,7 +32,7 @@ def bench_fit(device: Device, full: bool = False, model: str = DEFAULT_MODEL) ->
     With `full`, chains too run at every size: some twenty minutes on two cores.
     """
     get_model(model)
-    chosen = Plan()
+    chosen = RacePlan()
     if model != DEFAULT_MODEL:
         chosen = replace(chosen, model=model)
     if full:
@@ -56,7 +56,7 @@ def bench_fit(device: Device, full: bool = False, model: str = DEFAULT_MODEL) ->
     }
 
 
-def lowest_known(runs: Sequence[Run], peers: Sequence[PeerRun], largest: int) -> np.ndarray:
+def lowest_known(runs: Sequence[RaceRun], peers: Sequence[PeerRun], largest: int) -> np.ndarray:
     """Return the lowest E (W,) that anybody reached at the wavelengths of the largest fit."""
     same = [run for run in runs if run.wavelengths == largest and run.directions == DIRECTIONS]
     lowest = np.min([run.objective for run in same], axis=0)
@@ -66,7 +66,7 @@ def lowest_known(runs: Sequence[Run], peers: Sequence[PeerRun], largest: int) ->
     return np.asarray(lowest)
 
 
-def _print_ours(incident: int, runs: Sequence[Run], lowest: np.ndarray, largest: int) -> None:
+def _print_ours(incident: int, runs: Sequence[RaceRun], lowest: np.ndarray, largest: int) -> None:
     rows = []
     groups = {(run.method, run.wavelengths, run.directions): None for run in runs}
     for method, w, n in groups:
@@ -83,7 +83,7 @@ def _print_ours(incident: int, runs: Sequence[Run], lowest: np.ndarray, largest:
 
 
 def _print_peers(
-    incident: int, runs: Sequence[Run], peers: Sequence[PeerRun], lowest: np.ndarray, largest: int
+    incident: int, runs: Sequence[RaceRun], peers: Sequence[PeerRun], lowest: np.ndarray, largest: int
 ) -> None:
     auto = seconds_by_size(runs, incident)[largest] / largest
     rows = []

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clbrdf.bench.planner import SURFACES, TARGETS, Run, measure_plans, sample_rig
+from clbrdf.bench.planner import SURFACES, TARGETS, PlanRun, measure_plans, sample_rig
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.errors import InputError
 
@@ -40,7 +40,7 @@ def bench_planner(seeds: int | None = None) -> dict[str, Any]:
     return {"planner": [asdict(run) for run in runs]}
 
 
-def _row(runs: list[Run]) -> list[str]:
+def _row(runs: list[PlanRun]) -> list[str]:
     reached = [run for run in runs if run.points]
     first = runs[0]
     head = [first.surface, first.way, f"{first.target:.2%}"]

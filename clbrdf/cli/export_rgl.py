@@ -16,7 +16,7 @@ from clbrdf.errors import InputError
 from clbrdf.formats.rgl.accuracy import FIRST_INCIDENT, LARGEST_VIEW, LAST_INCIDENT
 from clbrdf.formats.rgl.export import Export, export_material
 from clbrdf.formats.rgl.tables import write_tables
-from clbrdf.render.sources import Source, at_wavelengths, in_colour, in_false_colour, open_source
+from clbrdf.render.sources import MaterialSource, at_wavelengths, in_colour, in_false_colour, open_source
 from clbrdf.storage.files import check_output
 
 
@@ -78,7 +78,7 @@ def export_rgl(
     print_export(target, made)
 
 
-def run_export(source: Source, tolerance: float, label: str = "growing the grid") -> Export:
+def run_export(source: MaterialSource, tolerance: float, label: str = "growing the grid") -> Export:
     """Export a material with a progress bar; its remarks go to standard error."""
     for remark in source.remarks:
         print(f"{source.name}: {remark}", file=sys.stderr)

@@ -28,7 +28,7 @@ from clbrdf.cli.options import (
 from clbrdf.cli.summary import print_fit
 from clbrdf.cli.uncertainty_tables import uncertainty_content
 from clbrdf.errors import InputError
-from clbrdf.fit import METHODS, Fit, Settings, fit
+from clbrdf.fit import METHODS, AnnealSettings, Fit, fit
 from clbrdf.fit.remarks import Remark
 from clbrdf.fit.weights_file import read_weights
 from clbrdf.fit.words import remark_words
@@ -195,21 +195,21 @@ def command(
     return int(any(verdict.word == "worse" for verdict in verdicts))
 
 
-def _settings(method: str, chains: int | None, levels: int | None) -> Settings | None:
+def _settings(method: str, chains: int | None, levels: int | None) -> AnnealSettings | None:
     """Return settings of an annealing method, None where nothing is asked for.
 
     Raises
     ------
     InputError
-        Settings of annealing for a method that does not anneal.
+        AnnealSettings of annealing for a method that does not anneal.
     """
     if chains is None and levels is None:
         return None
     if method not in ("anneal", "anneal-separable"):
         name = "chains" if chains is not None else "levels"
         raise InputError(f"--{name} is for annealing; add --method anneal, or leave it out")
-    usual = Settings()
-    return Settings(
+    usual = AnnealSettings()
+    return AnnealSettings(
         chains=usual.chains if chains is None else chains,
         levels=usual.levels if levels is None else levels,
     )

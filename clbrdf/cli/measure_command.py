@@ -17,7 +17,7 @@ from clbrdf.cli.options import Overwrite
 from clbrdf.errors import InputError
 from clbrdf.parallel.ending import exit_status
 from clbrdf.progress import Report, silent
-from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
+from clbrdf.rig.adaptive.candidates import CandidatePoints, make_candidates
 from clbrdf.rig.budget import load_budget
 from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
@@ -201,7 +201,7 @@ def _print_route(path: Path, plan: Plan, rig: Rig) -> None:
     print_table(f"{path}: dry run, nothing moves", ("quantity", "value"), rows)
 
 
-def _print_candidates(path: Path, plan: Plan, candidates: Candidates) -> None:
+def _print_candidates(path: Path, plan: Plan, candidates: CandidatePoints) -> None:
     settings = plan.adaptive
     assert settings is not None
     target = (

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.fit.anneal import Settings
+from clbrdf.fit.anneal import AnnealSettings
 from clbrdf.fit.assemble import assemble
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.fit.dictionary import DictionarySettings
@@ -52,10 +52,10 @@ if TYPE_CHECKING:
 __all__ = [
     "METHODS",
     "STATUSES",
+    "AnnealSettings",
     "DictionarySettings",
     "Fit",
     "LookupSettings",
-    "Settings",
     "TemperingSettings",
     "fit",
 ]
@@ -80,7 +80,7 @@ def fit(
     monte_carlo: int | None = None,
     gls: bool = False,
     profile: bool = False,
-    settings: Settings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
+    settings: AnnealSettings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
     device: Device | None = None,
     executor: Executor | None = None,
     report: Report = silent,
@@ -133,7 +133,7 @@ def fit(
     profile : bool
         Find profile-likelihood intervals of the parameters (`clbrdf.fit.profile`), ``fit.intervals``. They
         hold where parameters are at their limits, too, where standard uncertainties are far too small.
-    settings : Settings, TemperingSettings, DictionarySettings or LookupSettings, optional
+    settings : AnnealSettings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional

@@ -21,7 +21,7 @@ from clbrdf.progress import Report
 
 
 @dataclass(frozen=True)
-class Settings(ChainSettings):
+class AnnealSettings(ChainSettings):
     """How long and how carefully to anneal; the rest as of `ChainSettings`.
 
     Attributes
@@ -57,7 +57,7 @@ class Settings(ChainSettings):
         return self.chains
 
 
-def search(problem: Problem, settings: Settings, seed: int, report: Report) -> Candidates:
+def search(problem: Problem, settings: AnnealSettings, seed: int, report: Report) -> Candidates:
     """Anneal every wavelength of a problem in all coordinates; return the best states of the best chains.
 
     Raises
@@ -68,7 +68,7 @@ def search(problem: Problem, settings: Settings, seed: int, report: Report) -> C
     return _anneal(problem, settings, seed, report, separable=False)
 
 
-def search_separable(problem: Problem, settings: Settings, seed: int, report: Report) -> Candidates:
+def search_separable(problem: Problem, settings: AnnealSettings, seed: int, report: Report) -> Candidates:
     """Anneal in the coordinates that do not enter linearly, the linear ones solved at each step.
 
     Where all are linear, there is nothing to anneal, and they are solved at once.
@@ -83,7 +83,9 @@ def search_separable(problem: Problem, settings: Settings, seed: int, report: Re
     return _anneal(problem, settings, seed, report, separable=True)
 
 
-def _anneal(problem: Problem, settings: Settings, seed: int, report: Report, separable: bool) -> Candidates:
+def _anneal(
+    problem: Problem, settings: AnnealSettings, seed: int, report: Report, separable: bool
+) -> Candidates:
     chains = Chains(problem, "anneal", settings.chains, settings.precision, seed, separable)
     real = chains.dtype
     chains.launch("anneal_start", real(settings.temperature))

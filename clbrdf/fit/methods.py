@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from clbrdf.errors import InputError
 from clbrdf.fit import anneal, dictionary, lookup, tempering
-from clbrdf.fit.anneal import Settings
+from clbrdf.fit.anneal import AnnealSettings
 from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.lookup import LookupSettings
 from clbrdf.fit.problem import Candidates, Problem
@@ -60,7 +60,7 @@ SHORT_LOOKUP = (
 )
 
 # Shorter chains miss an optimum too rarely for a sample to tell, and then by far.
-SHORT_ANNEALING = (("32 chains × 300 sweeps", Settings(chains=32, levels=15)),)
+SHORT_ANNEALING = (("32 chains × 300 sweeps", AnnealSettings(chains=32, levels=15)),)
 
 SHORT_TEMPERING = (("2 ladders × 40 rounds", TemperingSettings(ladders=2, rounds=40)),)
 
@@ -69,9 +69,9 @@ METHODS = {
     for method in (
         Method("dictionary", DictionarySettings, "structure", dictionary.search, SHORT_DICTIONARY),
         Method("lookup", LookupSettings, "", lookup.search, SHORT_LOOKUP),
-        Method("anneal-separable", Settings, "linear", anneal.search_separable, SHORT_ANNEALING),
+        Method("anneal-separable", AnnealSettings, "linear", anneal.search_separable, SHORT_ANNEALING),
         Method("tempering", TemperingSettings, "", tempering.search, SHORT_TEMPERING),
-        Method("anneal", Settings, "", anneal.search, SHORT_ANNEALING),
+        Method("anneal", AnnealSettings, "", anneal.search, SHORT_ANNEALING),
     )
 }
 

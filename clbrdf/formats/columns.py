@@ -31,7 +31,7 @@ from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns, rename
 from clbrdf.formats.reading import SURE as SURE_ALL
 from clbrdf.formats.reading import Reading, Stated
 from clbrdf.formats.registry import LIKELY, NO, SURE, Format, Head
-from clbrdf.formats.sheet import Block, Sheet, find_heading, open_sheet
+from clbrdf.formats.sheet import Sheet, TextBlock, find_heading, open_sheet
 from clbrdf.formats.table import long_reading
 from clbrdf.formats.text import read_text
 from clbrdf.scan.flags import FLAGS, MOST_FLAGS
@@ -158,7 +158,7 @@ def _length(columns: Mapping[str, Column]) -> str | None:
     return None if factor is None else "um" if factor == MICROMETRE else "nm"
 
 
-def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Block, rows: _Rows) -> None:
+def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: TextBlock, rows: _Rows) -> None:
     """Take the numbers and texts of a block."""
 
     def put(name: str, column: str, empty: bool = False) -> Array:

@@ -17,7 +17,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class FitGrid:
     """Axes of a grid, and which row of the scan each cell is.
 
     Attributes
@@ -31,7 +31,7 @@ class Grid:
     row: npt.NDArray[np.intp]
 
 
-def grid_of(coordinates: Sequence[Array], most: int = 50_000_000) -> Grid:
+def grid_of(coordinates: Sequence[Array], most: int = 50_000_000) -> FitGrid:
     """Return the grid that coordinates (N,) of each axis make.
 
     Raises
@@ -54,4 +54,4 @@ def grid_of(coordinates: Sequence[Array], most: int = 50_000_000) -> Grid:
         raise InputError(f"{len(coordinates[0])} directions are scattered, and no grid")
     row = np.full(shape, -1, dtype=np.intp)
     row[tuple(places)] = np.arange(len(coordinates[0]))
-    return Grid(tuple(axes), row)
+    return FitGrid(tuple(axes), row)

@@ -30,7 +30,7 @@ COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
-class Block:
+class TextBlock:
     """Some rows: the number of each line, and its cells column by column."""
 
     lines: list[int]
@@ -60,7 +60,7 @@ class Sheet:
     above: str
     rows: list[tuple[int, str]]
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[TextBlock]:
         """Give the rows block by block.
 
         Raises
@@ -78,9 +78,9 @@ class Sheet:
                         f"{self.path}, line {number}: {len(row)} cells,"
                         f" and the first line names {width} columns{self._hint(row)}"
                     )
-            yield Block([number for number, _ in part], list(zip(*cells, strict=True)))
+            yield TextBlock([number for number, _ in part], list(zip(*cells, strict=True)))
 
-    def numbers(self, block: Block, place: int, empty: bool = False) -> Array:
+    def numbers(self, block: TextBlock, place: int, empty: bool = False) -> Array:
         """Return a column of a block as numbers; an empty cell is NaN where `empty` allows it.
 
         Where the comma does not separate cells, it may stand for the decimal point.
@@ -103,7 +103,7 @@ class Sheet:
                 ]
             )
 
-    def _commas(self, block: Block, place: int, empty: bool) -> Array:
+    def _commas(self, block: TextBlock, place: int, empty: bool) -> Array:
         """Return a column whose numbers have decimal commas; points beside them leave open which is which."""
         cells = block.cells[place]
         for line, cell in zip(block.lines, cells, strict=True):

@@ -35,7 +35,7 @@ LONGEST_LINE = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class DataBlock:
     """One data block: keywords, lists, values (P3, P2, P1, P0, channels)."""
 
     words: Mapping[str, str]
@@ -71,7 +71,7 @@ def read(path: Path) -> list[Reading]:
     return readings
 
 
-def _blocks(path: Path, raw: bytes) -> tuple[list[Block], list[str]]:
+def _blocks(path: Path, raw: bytes) -> tuple[list[DataBlock], list[str]]:
     position, blocks, left_out = 0, [], []
     words: dict[str, str] = {}
     lists: dict[str, Array] = {}
@@ -123,7 +123,7 @@ def increasing_list(path: Path, key: str, text: str) -> Array:
 
 def _table(
     path: Path, raw: bytes, position: int, words: dict[str, str], lists: dict[str, Array]
-) -> tuple[Block | None, int]:
+) -> tuple[DataBlock | None, int]:
     kind, model = words.get("DATA_TYPE", ""), words.get("COLOR_MODEL", "")
     if kind not in TYPES:
         raise InputError(f"{path}: DATA_TYPE {shown(kind)}; known are {', '.join(TYPES)}")
@@ -155,7 +155,7 @@ def _table(
         raise InputError(f"{path}: DATA {shown(words['DATA'])}; known are ascii, binary")
     if kind not in TYPES[:2]:
         return None, end
-    return Block(dict(words), dict(lists), flat.reshape(*sizes, channels)), end
+    return DataBlock(dict(words), dict(lists), flat.reshape(*sizes, channels)), end
 
 
 def _ascii(path: Path, raw: bytes, position: int, count: int) -> tuple[Array, int]:
@@ -178,7 +178,7 @@ def _ascii(path: Path, raw: bytes, position: int, count: int) -> tuple[Array, in
     return np.concatenate(parts), position
 
 
-def _reading(path: Path, block: Block) -> Reading:
+def _reading(path: Path, block: DataBlock) -> Reading:
     names = [f"PARAM{k}_LIST" for k in (3, 2, 1, 0)]
     axes = [block.lists.get(name, np.zeros(1)) for name in names]
     azimuth, polar, phi_i, theta = (a.ravel() for a in np.meshgrid(*axes, indexing="ij"))

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.grid_of import SAME, Grid, grid_of
+from clbrdf.formats.grid_of import SAME, FitGrid, grid_of
 from clbrdf.formats.software import VERSION
 from clbrdf.formats.vectors import from_specular, to_specular
 from clbrdf.scan import Scan
@@ -77,7 +77,7 @@ def _list(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def _spherical(scan: Scan, theta_r: Array) -> tuple[str, Grid, Array] | None:
+def _spherical(scan: Scan, theta_r: Array) -> tuple[str, FitGrid, Array] | None:
     try:
         grid = grid_of([scan.theta_i, scan.phi_i, theta_r, scan.phi_r])
     except InputError:
@@ -87,7 +87,7 @@ def _spherical(scan: Scan, theta_r: Array) -> tuple[str, Grid, Array] | None:
     return ("spherical", grid, scan.brdf[row]) if (row >= 0).all() else None
 
 
-def _specular(scan: Scan, theta_r: Array) -> tuple[str, Grid, Array] | None:
+def _specular(scan: Scan, theta_r: Array) -> tuple[str, FitGrid, Array] | None:
     azimuth, radial = to_specular(scan.theta_i, theta_r, scan.phi)
     azimuth = np.where(radial < 1e-9, 0.0, np.where(azimuth > 360.0 - SAME, 0.0, azimuth))
     try:

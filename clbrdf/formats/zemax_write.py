@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.grid_of import SAME, Grid, grid_of
+from clbrdf.formats.grid_of import SAME, FitGrid, grid_of
 from clbrdf.formats.rings import ring_weights, turn_weights
 from clbrdf.formats.software import VERSION
 from clbrdf.formats.vectors import from_specular, to_specular
@@ -50,7 +50,7 @@ def write(scan: Scan, path: Path) -> None:
     _write_text(scan, path, grid, values, names, transmission)
 
 
-def _gridded(scan: Scan, theta_r: Array) -> tuple[Grid, Array]:
+def _gridded(scan: Scan, theta_r: Array) -> tuple[FitGrid, Array]:
     azimuth, radial = to_specular(scan.theta_i, theta_r, scan.phi)
     centre = radial < 1e-9
     azimuth = np.where(azimuth > 360.0 - SAME, 0.0, azimuth)
@@ -76,7 +76,7 @@ def _gridded(scan: Scan, theta_r: Array) -> tuple[Grid, Array]:
 
 
 def _write_text(
-    scan: Scan, path: Path, grid: Grid, values: Array, names: tuple[str, ...], transmission: bool
+    scan: Scan, path: Path, grid: FitGrid, values: Array, names: tuple[str, ...], transmission: bool
 ) -> None:
     rotations, incidences, azimuths, radials = grid.axes
     half = azimuths[0] >= 0.0 and azimuths[-1] <= 180.0 and len(azimuths) > 1

@@ -18,12 +18,12 @@ from pydantic import Field, model_validator
 
 from clbrdf.instrument.rules import Rule
 from clbrdf.instrument.vectors import mirrored
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Aperture(Settings):
+class Aperture(TomlTable):
     """Settings.
 
     Attributes

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ SIGMAS = 5.0
 """Where the Gaussian is cut; what is beyond holds 6e-7 of it."""
 
 
-class Bandwidth(Settings):
+class Bandwidth(TomlTable):
     """Settings.
 
     Attributes

@@ -19,12 +19,12 @@ from pydantic import Field
 
 from clbrdf.instrument.rules import Rule
 from clbrdf.instrument.vectors import mirrored
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Beam(Settings):
+class Beam(TomlTable):
     """Settings.
 
     Attributes

@@ -26,12 +26,12 @@ import numpy.typing as npt
 from pydantic import Field
 
 from clbrdf.geometry import Directions, cos_deg, sin_deg
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Footprint(Settings):
+class Footprint(TomlTable):
     """Settings.
 
     Attributes

@@ -26,12 +26,12 @@ from pydantic import Field
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, cos_deg
 from clbrdf.instrument.vectors import angle_beside, directions_of, pair_of_vectors
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Misalignment(Settings):
+class Misalignment(TomlTable):
     """Settings.
 
     Attributes

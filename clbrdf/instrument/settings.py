@@ -14,10 +14,10 @@ from clbrdf.instrument.bandwidth import Bandwidth
 from clbrdf.instrument.beam import Beam
 from clbrdf.instrument.footprint import Footprint
 from clbrdf.instrument.misalignment import Misalignment
-from clbrdf.storage.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import TomlTable, load_toml
 
 
-class Instrument(Settings):
+class Instrument(TomlTable):
     """What stands between a surface and its values; each effect is absent unless it is set.
 
     `true` stands for its defaults, a table for its settings. Of a misalignment, what is random (`stage_i`,
@@ -43,7 +43,7 @@ class Instrument(Settings):
     @field_validator("*", mode="before")
     @classmethod
     def _check_form(cls, value: Any) -> Any:
-        if not (value is None or isinstance(value, Mapping | Settings)):
+        if not (value is None or isinstance(value, Mapping | TomlTable)):
             raise ValueError(f"{value!r} says nothing; give true, or a table of its settings")
         return value
 

@@ -21,7 +21,7 @@ REPEATS = 3
 
 
 @dataclass(frozen=True)
-class Choice:
+class ChosenPrecision:
     """A precision chosen for a tolerance.
 
     Attributes
@@ -58,7 +58,7 @@ def choose_precision(
     device: Device | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
     measure: bool = True,
-) -> Choice:
+) -> ChosenPrecision:
     """Return the cheapest precision that keeps a relative tolerance of model values.
 
     Parameters
@@ -96,7 +96,7 @@ def choose_precision(
     better = [p for p in able if p.bound < precision.bound]
     following = min(better, key=cost) if better else None
     unknown = float("nan")
-    return Choice(
+    return ChosenPrecision(
         precision,
         costs.get(precision.name, unknown),
         following,

@@ -17,7 +17,7 @@ from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.result import Fit
 from clbrdf.opencl.device import choose_device
 from clbrdf.optimizers.gap import relative_gap
-from clbrdf.optimizers.independent import Found, search_twice
+from clbrdf.optimizers.independent import SearchedOptimum, search_twice
 from clbrdf.optimizers.objective import NumpyObjective
 from clbrdf.parallel.executor import Executor, Serial, run_jobs
 from clbrdf.progress import Report, silent
@@ -156,12 +156,14 @@ def check_fit(
     )
 
 
-def _search(job: tuple[Problem, int, float]) -> tuple[Found, Found]:
+def _search(job: tuple[Problem, int, float]) -> tuple[SearchedOptimum, SearchedOptimum]:
     problem, seed, effort = job
     return search_twice(NumpyObjective(problem), seed, effort)
 
 
-def _verdict(fit: Fit, place: int, problem: Problem, found: tuple[Found, Found]) -> Verdict:
+def _verdict(
+    fit: Fit, place: int, problem: Problem, found: tuple[SearchedOptimum, SearchedOptimum]
+) -> Verdict:
     E = NumpyObjective(problem).at_parameters(fit.vector[place])
     gap = float(relative_gap(E, min(f.objective for f in found)))
     tolerance = tolerance_of(fit)

@@ -32,7 +32,7 @@ POPULATIONS = Optimizer("evolution", "populations, again and again", partial(evo
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchedOptimum:
     """Where one search ended.
 
     Attributes
@@ -51,7 +51,9 @@ class Found:
     evaluations: int
 
 
-def search_twice(objective: NumpyObjective, seed: int = 0, effort: float = 1.0) -> tuple[Found, Found]:
+def search_twice(
+    objective: NumpyObjective, seed: int = 0, effort: float = 1.0
+) -> tuple[SearchedOptimum, SearchedOptimum]:
     """Search an optimum in both ways.
 
     Parameters
@@ -80,7 +82,7 @@ def search_twice(objective: NumpyObjective, seed: int = 0, effort: float = 1.0) 
     found = []
     for name, start, before in ends:
         q, E, spent = refine(objective, start)
-        found.append(Found(name, q, E, before + spent))
+        found.append(SearchedOptimum(name, q, E, before + spent))
     return found[0], found[1]
 
 

@@ -26,7 +26,7 @@ SAME_AZIMUTH = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class MaterialSource:
     """A material and what has to be said about it.
 
     Attributes
@@ -48,7 +48,7 @@ class Source:
     shown: str = ""
 
 
-def open_source(path: str | Path, phi_i: float | None = None) -> Source:
+def open_source(path: str | Path, phi_i: float | None = None) -> MaterialSource:
     """Read a fit file, or a scan file whose scan can be interpolated, as a material.
 
     Parameters
@@ -80,7 +80,7 @@ def _turned(scan: Scan, phi_i: float | None) -> Scan:
     return scan.rows(np.asarray(away <= SAME_AZIMUTH))
 
 
-def fit_source(fit: Fit) -> Source:
+def fit_source(fit: Fit) -> MaterialSource:
     """Return a fitted model as a material, at the wavelengths that have a fit.
 
     Raises
@@ -107,10 +107,10 @@ def fit_source(fit: Fit) -> Source:
     if bands and (tuple(band.upper() for band in bands) != BANDS or not good.all()):
         raise InputError(f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do")
     material = Material(brdf, None if bands else fit.wavelength[good], description)
-    return Source(name, fit.model.name, material, remarks)
+    return MaterialSource(name, fit.model.name, material, remarks)
 
 
-def scan_source(scan: Scan) -> Source:
+def scan_source(scan: Scan) -> MaterialSource:
     """Return a measured BRDF, interpolated, as a material.
 
     Raises
@@ -119,10 +119,10 @@ def scan_source(scan: Scan) -> Source:
         It cannot be interpolated.
     """
     material, remarks = scan_material(scan)
-    return Source(scan.sample or "a sample", "measured", material, remarks)
+    return MaterialSource(scan.sample or "a sample", "measured", material, remarks)
 
 
-def at_wavelengths(source: Source, wavelengths: Array) -> Source:
+def at_wavelengths(source: MaterialSource, wavelengths: Array) -> MaterialSource:
     """Return a material at the wavelengths nearest to those given, nm.
 
     Raises
@@ -138,7 +138,7 @@ def at_wavelengths(source: Source, wavelengths: Array) -> Source:
     return replace(source, material=_selected(material, places, material.wavelength[places]))
 
 
-def in_colour(source: Source, illuminant: str = DEFAULT_ILLUMINANT) -> Source:
+def in_colour(source: MaterialSource, illuminant: str = DEFAULT_ILLUMINANT) -> MaterialSource:
     """Return a material in linear sRGB as it looks under an illuminant, white being white.
 
     One of a single wavelength becomes grey, which a remark says.
@@ -175,7 +175,7 @@ def in_colour(source: Source, illuminant: str = DEFAULT_ILLUMINANT) -> Source:
     return replace(source, material=Material(brdf, None, material.description), remarks=remarks, shown=shown)
 
 
-def in_false_colour(source: Source, wavelengths: Array) -> Source:
+def in_false_colour(source: MaterialSource, wavelengths: Array) -> MaterialSource:
     """Return a material with three wavelengths, nm, as red, green and blue.
 
     Raises

@@ -18,7 +18,7 @@ from typing import Any
 from clbrdf.rig.connection import nobody
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.instruments import Instruments, make_instruments
-from clbrdf.rig.lightmeter import Light, LightMeter
+from clbrdf.rig.lightmeter import LightMeter, PoseLight
 from clbrdf.rig.rigfile import Rig
 from clbrdf.rig.stagesettings import AXES
 
@@ -137,7 +137,7 @@ class RigSpectrometer:
     def __init__(self, name: str, shared: _Shared) -> None:
         self.name = name
         self._shared = shared
-        self._light: Light | None = None
+        self._light: PoseLight | None = None
         self._moment = 0.0
 
     def trigger(self) -> RigStatus:

@@ -19,7 +19,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from clbrdf.storage.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import TomlTable, load_toml
 
 GROUPS = {
     "mechanical": "(4)",
@@ -38,7 +38,7 @@ KINDS: tuple[Kind, ...] = ("scale", "incident angle", "run", "point")
 direct beam or the panel, or nothing."""
 
 
-class Source(Settings):
+class Source(TomlTable):
     """One source of error.
 
     Attributes
@@ -62,7 +62,7 @@ class Source(Settings):
     measured: Measured = ""
 
 
-class PointSources(Settings):
+class PointSources(TomlTable):
     """Sources that a raw scan gives at each point.
 
     Attributes
@@ -83,7 +83,7 @@ class PointSources(Settings):
     stray_light: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
 
-class Budget(Settings):
+class Budget(TomlTable):
     """A budget; without arguments the paper's.
 
     The paper gives the mechanical sources (rotation < 0.0003°, holder height 0.03 mm, detector

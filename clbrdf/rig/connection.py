@@ -11,14 +11,14 @@ from pydantic import Field
 
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 
-class NoConnection(Settings):
+class NoConnection(TomlTable):
     """A driver that needs no keys of its own."""
 
 
-class SerialConnection(Settings):
+class SerialConnection(TomlTable):
     """A serial port.
 
     Attributes
@@ -84,7 +84,7 @@ class Context:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundInstrument:
     """An instrument that is connected to this computer: its address, and what it says it is."""
 
     address: str

@@ -34,7 +34,7 @@ LEAST_SIGMAS = 10.0
 
 
 @dataclass(frozen=True)
-class Line:
+class SpectralLine:
     """One line: where it is, where it was found, and the standard uncertainty of that, nm."""
 
     true: float
@@ -52,14 +52,14 @@ class Correction:
         nm and nm/nm; the slope is 0 with fewer than three lines.
     offset_sigma, slope_sigma : float
         Standard uncertainties.
-    lines : tuple of Line
+    lines : tuple of SpectralLine
     """
 
     offset: float
     slope: float
     offset_sigma: float
     slope_sigma: float
-    lines: tuple[Line, ...]
+    lines: tuple[SpectralLine, ...]
 
 
 def corrected(wavelength: Array, correction: Sequence[float]) -> Array:
@@ -112,7 +112,7 @@ def find_correction(
     return Correction(float(solution[0]), slope, float(sigmas[0]), slope_sigma, found)
 
 
-def _find(true: float, wavelength: Array, spectrum: Array, variance: Array) -> Line | None:
+def _find(true: float, wavelength: Array, spectrum: Array, variance: Array) -> SpectralLine | None:
     """Return the line nearest to its place: the centroid of its upper part; None where none stands out."""
     near = np.nonzero(np.abs(wavelength - true) <= REACH)[0]
     if len(near) < 5:
@@ -133,4 +133,4 @@ def _find(true: float, wavelength: Array, spectrum: Array, variance: Array) -> L
     spread = ((wavelength[part] - centre) ** 2 * variance[part]).sum()
     pixel = float(np.gradient(wavelength)[top])
     # A centroid of few pixels is off by a few hundredths of one, depending on where the line falls.
-    return Line(true, centre, float(np.hypot(np.sqrt(spread) / light.sum(), 0.03 * pixel)))
+    return SpectralLine(true, centre, float(np.hypot(np.sqrt(spread) / light.sum(), 0.03 * pixel)))

@@ -22,7 +22,7 @@ DARK_TIME = 300.0
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
+class PoseLight:
     """What was measured at a pose.
 
     Attributes
@@ -78,7 +78,7 @@ class LightMeter:
         self._darks: dict[float, tuple[float, npt.NDArray[np.float64]]] = {}
         self._start = times[0]
 
-    def measure(self, axes: Sequence[float]) -> Light:
+    def measure(self, axes: Sequence[float]) -> PoseLight:
         """Move to rig angles (lamp, turn, pitch) in degrees and measure the light there.
 
         Raises
@@ -102,7 +102,7 @@ class LightMeter:
         scale = 1.0 / exposure.seconds / power
         variance = (count_variance(counts, settings) + count_variance(dark, settings)) * scale**2
         reading = self.instruments.rig.reference.noise * float(np.sqrt(MEDIAN_OF_THREE / 2.0))
-        return Light(positions, (counts - dark) * scale, variance, reading)
+        return PoseLight(positions, (counts - dark) * scale, variance, reading)
 
     def _dark(self, seconds: float) -> npt.NDArray[np.float64]:
         known = self._darks.get(seconds)

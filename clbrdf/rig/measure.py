@@ -17,7 +17,7 @@ from clbrdf import __version__
 from clbrdf.errors import InputError
 from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
-from clbrdf.rig.adaptive.candidates import Candidates, make_candidates
+from clbrdf.rig.adaptive.candidates import CandidatePoints, make_candidates
 from clbrdf.rig.adaptive.observe import StoredRows
 from clbrdf.rig.adaptive.planner import DOUBTED, ENDED, AdaptivePlanner
 from clbrdf.rig.budget import Budget
@@ -190,7 +190,7 @@ def measure(
     return _outcome(raw, calibrated, work)
 
 
-Work = Route | Candidates
+Work = Route | CandidatePoints
 """What is measured: all of it, or what a planner chooses from it."""
 
 

@@ -21,14 +21,14 @@ from clbrdf.formats.sheet import open_sheet
 from clbrdf.formats.text import read_text
 from clbrdf.geometry import cos_deg
 from clbrdf.rig.kinematics import forward
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 COLUMNS = ("theta_i", "theta_r", "phi", "wavelength", "brdf")
 
 
-class PanelTable(Settings):
+class PanelTable(TomlTable):
     """BRDF of a panel: one value for each direction and wavelength.
 
     Attributes
@@ -46,7 +46,7 @@ class PanelTable(Settings):
     brdf: tuple[tuple[float, ...], ...]
 
 
-class PanelSettings(Settings):
+class PanelSettings(TomlTable):
     """The panel, where the rig uses one.
 
     Attributes

@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.grid import DirectionGrid
 from clbrdf.rig.adaptive.settings import LEAST_INCIDENT, Adaptive
-from clbrdf.storage.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import TomlTable, load_toml
 
 
-class WavelengthGrid(Settings):
+class WavelengthGrid(TomlTable):
     """The regular grid of the result, nm, both ends included."""
 
     start: Annotated[float, Field(ge=150.0, le=5000.0)] = 380.0

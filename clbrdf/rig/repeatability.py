@@ -20,7 +20,7 @@ RUNG_REPEATABILITY = 0.005
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CheckComparison:
     """The part of the spectrum in which two rows differ most: relative difference, and in its own σ."""
 
     difference: float
@@ -37,7 +37,7 @@ def compare(
     usable: npt.NDArray[np.bool_] | None = None,
     *,
     same_place: bool = False,
-) -> Comparison:
+) -> CheckComparison:
     """Compare two rows, each with its dark, in up to 8 bands of the window; return the worst.
 
     Net counts per second and watt of reference power are compared. Their variance is that of counting and
@@ -68,7 +68,7 @@ def compare(
         variances.append((own + below) * scale**2)
     reading = rig.reference.noise**2 * MEDIAN_OF_THREE  # two rows, each the mean of two medians of three
     repeat = RUNG_REPEATABILITY if same_place else rig.recovery.check_tolerance
-    worst = Comparison(0.0, 0.0)
+    worst = CheckComparison(0.0, 0.0)
     for part in np.array_split(np.arange(int(keep.sum())), BANDS):
         if not len(part):
             continue
@@ -80,5 +80,5 @@ def compare(
         sigma = float(np.sqrt(variance + (scale * repeat) ** 2 + (scale**2) * reading + (0.2 * steps) ** 2))
         sigmas = (second - first) / sigma if sigma else 0.0
         if abs(sigmas) > abs(worst.sigmas):
-            worst = Comparison((second - first) / abs(first) if first else float("inf"), sigmas)
+            worst = CheckComparison((second - first) / abs(first) if first else float("inf"), sigmas)
     return worst

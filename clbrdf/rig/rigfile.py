@@ -20,12 +20,12 @@ from clbrdf.rig.drivers import axis_of, connection_of, get_driver
 from clbrdf.rig.emulator.settings import EmulatorSettings
 from clbrdf.rig.panel import PanelSettings, load_panel
 from clbrdf.rig.stagesettings import AXES, Angle, NotNegative, Positive, StageSettings, StagesSettings
-from clbrdf.storage.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import TomlTable, load_toml
 
 ROLES = ("stages", "spectrometer", "reference")
 
 
-class SpectrometerSettings(Settings):
+class SpectrometerSettings(TomlTable):
     """The spectrometer and what its counts are worth.
 
     Attributes
@@ -62,7 +62,7 @@ class SpectrometerSettings(Settings):
     least_signal: Annotated[float, Field(ge=3.0)] = 10.0
 
 
-class ReferenceSettings(Settings):
+class ReferenceSettings(TomlTable):
     """The reference detector, and the band in which the lamp has to stay.
 
     Attributes
@@ -88,7 +88,7 @@ class ReferenceSettings(Settings):
     every: NotNegative = 1.0
 
 
-class GeometrySettings(Settings):
+class GeometrySettings(TomlTable):
     """How the goniometer is built.
 
     Attributes
@@ -113,13 +113,13 @@ class GeometrySettings(Settings):
     panel: PanelSettings | None = None
 
 
-class StorageSettings(Settings):
+class StorageSettings(TomlTable):
     """Free space to keep on the disk, MB: below it the measurement stops with its files intact."""
 
     keep_free: NotNegative = 200.0
 
 
-class RecoverySettings(Settings):
+class RecoverySettings(TomlTable):
     """What is done about faults that repeating an exchange does not mend.
 
     Attributes
@@ -138,7 +138,7 @@ class RecoverySettings(Settings):
     check_tolerance: Positive = 0.005
 
 
-class Rig(Settings):
+class Rig(TomlTable):
     """A whole rig file."""
 
     name: str = "goniospectrometer"

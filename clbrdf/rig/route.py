@@ -14,7 +14,7 @@ from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig
 from clbrdf.rig.stagesettings import AXES, StageSettings
 from clbrdf.rig.zones import is_inside
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
@@ -210,7 +210,7 @@ def overhead(rig: Rig) -> float:
     return exchanges + _wire_time(rig.spectrometer, SPECTRUM_BYTES) + rig.stages.settle
 
 
-def _wire_time(section: Settings, count: int) -> float:
+def _wire_time(section: TomlTable, count: int) -> float:
     """Seconds that bytes take on an instrument's line; 0 where it has no serial line."""
     baud = getattr(section, "baud", None)
     return count * 10.0 / baud if baud else 0.0

@@ -87,7 +87,7 @@ LATER = ("nominal", "scans", "temperature", "rung")
 """Columns that files of earlier versions lack."""
 
 
-class Column(NamedTuple):
+class RowField(NamedTuple):
     """One column of the table: name, type on disk, shape of one value, unit, meaning."""
 
     name: str
@@ -99,24 +99,24 @@ class Column(NamedTuple):
     """Value in files from before the column existed."""
 
 
-def columns(pixels: int) -> tuple[Column, ...]:
+def columns(pixels: int) -> tuple[RowField, ...]:
     """Return the columns as they stand in the file."""
     nan = float("nan")
     return (
-        Column("kind", "u1", (), "", "0 point, 1 dark, 2 direct beam, 3 check, 4 rung, 5 panel"),
-        Column("point", "<i8", (), "", "number in the plan"),
-        Column("time", "S32", (), "", "ISO 8601 with zone"),
-        Column("axes", "<f8", (3,), "deg", "lamp, turn, pitch, read back"),
-        Column("reference_power", "<f8", (), "W", "reference detector"),
-        Column("integration_time", "<f8", (), "s", "integration time of one scan"),
-        Column("dark", "<i8", (), "", "row of the dark spectrum used"),
-        Column("direct", "<i8", (), "", "row of the incident power used"),
-        Column("flags", "<u4", (), "", "bits: 1 skipped at a limit switch, 2 saturated, 4 rungs disagree"),
-        Column("counts", "<u4", (pixels,), "counts", "raw spectrum, sum of the scans"),
-        Column("nominal", "<f8", (4,), "deg", "theta_i, phi_i, theta_r, phi_r asked for", nan),
-        Column("scans", "<u4", (), "", "scans summed", 1.0),
-        Column("temperature", "<f8", (), "degC", "of the detector", nan),
-        Column("rung", "<i8", (), "", "row with the next longer integration time", -1.0),
+        RowField("kind", "u1", (), "", "0 point, 1 dark, 2 direct beam, 3 check, 4 rung, 5 panel"),
+        RowField("point", "<i8", (), "", "number in the plan"),
+        RowField("time", "S32", (), "", "ISO 8601 with zone"),
+        RowField("axes", "<f8", (3,), "deg", "lamp, turn, pitch, read back"),
+        RowField("reference_power", "<f8", (), "W", "reference detector"),
+        RowField("integration_time", "<f8", (), "s", "integration time of one scan"),
+        RowField("dark", "<i8", (), "", "row of the dark spectrum used"),
+        RowField("direct", "<i8", (), "", "row of the incident power used"),
+        RowField("flags", "<u4", (), "", "bits: 1 skipped at a limit switch, 2 saturated, 4 rungs disagree"),
+        RowField("counts", "<u4", (pixels,), "counts", "raw spectrum, sum of the scans"),
+        RowField("nominal", "<f8", (4,), "deg", "theta_i, phi_i, theta_r, phi_r asked for", nan),
+        RowField("scans", "<u4", (), "", "scans summed", 1.0),
+        RowField("temperature", "<f8", (), "degC", "of the detector", nan),
+        RowField("rung", "<i8", (), "", "row with the next longer integration time", -1.0),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, SerializeAsAny, model_validator
 
 from clbrdf.rig.zones import Zone
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 AXES = ("lamp", "turn", "pitch")
 """The three axes, in the order of every axis array."""
@@ -18,7 +18,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 
 
-class StageSettings(Settings):
+class StageSettings(TomlTable):
     """One axis: rig angle = sign · (controller's position − zero).
 
     Attributes
@@ -76,7 +76,7 @@ class StageSettings(Settings):
         return distance / self.velocity + self.velocity / self.acceleration
 
 
-class ZoneSettings(Settings):
+class ZoneSettings(TomlTable):
     """Ranges of axes that must not be held together, degrees; an axis left out counts at any angle."""
 
     lamp: tuple[Angle, Angle] = (-360.0, 360.0)
@@ -94,7 +94,7 @@ class ZoneSettings(Settings):
         return self
 
 
-class StagesSettings(Settings):
+class StagesSettings(TomlTable):
     """The three stages.
 
     Attributes

@@ -40,7 +40,7 @@ TRIES = 4
 """How often an exchange that may be repeated is tried."""
 
 
-class Line:
+class SerialLine:
     """A serial port, 8N1 without flow control.
 
     Attributes
@@ -232,7 +232,7 @@ class Line:
         return UnpluggedError(f"{self.name}: lost {self.port} ({error}); plug it in again")
 
 
-def repeated(line: Line, what: str, exchange: Callable[[], T], resynchronise: Callable[[], None]) -> T:
+def repeated(line: SerialLine, what: str, exchange: Callable[[], T], resynchronise: Callable[[], None]) -> T:
     """Do an exchange that may be repeated: queries, absolute moves, unit setting; never PR or OR.
 
     Raises
@@ -256,7 +256,7 @@ def _kind(error: LineError) -> str:
     return "no reply" if isinstance(error, NoReplyError) else "bad reply"
 
 
-def why_silent(line: Line, error: LineError, what: str) -> str:
+def why_silent(line: SerialLine, error: LineError, what: str) -> str:
     """Return in words why an instrument could not be identified, and the mend.
 
     An instrument that answers after the deadline needs a longer `reply_time`, not another port.
@@ -275,9 +275,9 @@ def why_silent(line: Line, error: LineError, what: str) -> str:
     )
 
 
-def make_line(connection: SerialConnection, context: Context) -> Line:
+def make_line(connection: SerialConnection, context: Context) -> SerialLine:
     """Return the line of a serial connection, not yet open."""
-    return Line(
+    return SerialLine(
         context.name,
         connection.port,
         connection.baud,

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.geometry import Directions
-from clbrdf.scene.detector import Exposure
+from clbrdf.scene.detector import ExposedDirections
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Block:
     variance: Array | None = None
     noise: Array | None = None
     flagged: npt.NDArray[np.bool_] | None = None
-    exposure: Exposure | None = None
+    exposure: ExposedDirections | None = None
     subtracted: float | Array = 0.0
 
     def age(self, interval: float) -> Array:

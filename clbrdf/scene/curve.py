@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Curve(Settings):
+class Curve(TomlTable):
     """A number, pairs [nm, value], or {polynomial = [p0, p1, ...], centre = nm, scale = nm}.
 
     Between pairs lie straight lines, beyond them their first and last value; a polynomial is

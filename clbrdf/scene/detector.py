@@ -17,7 +17,7 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from clbrdf.geometry import cos_deg
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +25,7 @@ SECOND_RADIATION = 1.438777e7
 """hc/k, nm K."""
 
 
-class Detector(Settings):
+class Detector(TomlTable):
     """The spectrometer; the defaults are those of the rig's sample file and of an STS spectrometer.
 
     Attributes
@@ -70,7 +70,7 @@ class Detector(Settings):
 
 
 @dataclass(frozen=True, eq=False)
-class Exposure:
+class ExposedDirections:
     """How n directions were exposed.
 
     Attributes
@@ -94,7 +94,7 @@ def lamp_spectrum(wavelength: Array, temperature: float) -> Array:
 
 def expose(
     detector: Detector, solid_angle: float, wavelength: Array, theta_r: Array, values: Array
-) -> Exposure:
+) -> ExposedDirections:
     """Return how directions with zeniths theta_r (n,) and BRDF values (n, W) are exposed."""
     spectrum = detector.direct_rate * lamp_spectrum(wavelength, detector.lamp_temperature)
     rate = spectrum * (solid_angle * cos_deg(theta_r))[:, None]
@@ -104,4 +104,4 @@ def expose(
         seconds = np.clip(seconds, detector.shortest_time, detector.longest_time)[:, None]
     else:
         seconds = np.full((len(theta_r), 1), detector.integration_time)
-    return Exposure(seconds, rate * seconds)
+    return ExposedDirections(seconds, rate * seconds)

@@ -14,7 +14,7 @@ from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.opencl.precision import get_precision
 from clbrdf.scene.curve import Curve
 from clbrdf.scene.detector import Detector
-from clbrdf.scene.effects.dark import Dark
+from clbrdf.scene.effects.dark import DarkSignal
 from clbrdf.scene.effects.lamp_drift import LampDrift
 from clbrdf.scene.effects.nonlinearity import Nonlinearity
 from clbrdf.scene.effects.read_noise import ReadNoise
@@ -23,10 +23,10 @@ from clbrdf.scene.effects.saturation import Saturation
 from clbrdf.scene.effects.shot_noise import ShotNoise
 from clbrdf.scene.effects.stray_light import StrayLight
 from clbrdf.scene.random_numbers import LARGEST_SEED
-from clbrdf.storage.tomlfile import Settings, load_toml
+from clbrdf.storage.tomlfile import TomlTable, load_toml
 
 
-class SurfaceSettings(Settings):
+class SurfaceSettings(TomlTable):
     """What is lit: a model with parameters over wavelength, or what a file holds.
 
     Attributes
@@ -74,7 +74,7 @@ class Effects(Instrument):
 
     lamp_drift: LampDrift | None = None
     stray_light: StrayLight | None = None
-    dark: Dark | None = None
+    dark: DarkSignal | None = None
     shot_noise: ShotNoise | None = None
     nonlinearity: Nonlinearity | None = None
     read_noise: ReadNoise | None = None
@@ -90,7 +90,7 @@ EFFECTS = tuple(Effects.model_fields)
 """Names of all effects, in the order of the light's path."""
 
 
-class Scene(Settings):
+class Scene(TomlTable):
     """A scene.
 
     Attributes

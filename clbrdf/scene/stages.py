@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from clbrdf.instrument import aperture, footprint
 from clbrdf.scene.block import Block
-from clbrdf.scene.detector import Exposure, expose
+from clbrdf.scene.detector import ExposedDirections, expose
 from clbrdf.scene.effects import dark, lamp_drift, nonlinearity, read_noise, saturation
 from clbrdf.scene.effects import shot_noise as shot
 from clbrdf.scene.effects import stray_light as stray
@@ -22,12 +22,12 @@ from clbrdf.scene.scenefile import Scene
 
 Array = npt.NDArray[np.float64]
 
-Stage = Callable[[Scene, Block], Block]
+Step = Callable[[Scene, Block], Block]
 
 DEFAULT_SOLID_ANGLE = 1e-3
 
 
-def _exposure(block: Block) -> Exposure:
+def _exposure(block: Block) -> ExposedDirections:
     assert block.exposure is not None
     return block.exposure
 
@@ -127,7 +127,7 @@ def _reader(scene: Scene, block: Block) -> Block:
     return replace(block, values=values, variance=variance, noise=block.variance)
 
 
-STAGES: dict[str, Stage] = {
+STAGES: dict[str, Step] = {
     "footprint": _footprint,
     "lamp_drift": _lamp_drift,
     "stray_light": _stray_light,
@@ -147,7 +147,7 @@ RANDOM = ("shot_noise", "read_noise", "reader")
 COUNTS, BACK = "to counts", "to BRDF"
 
 
-def steps(scene: Scene) -> list[tuple[str, Stage]]:
+def steps(scene: Scene) -> list[tuple[str, Step]]:
     """Return the steps that a scene asks for, by the effect's name; counts only where one needs them."""
     named = [(name, STAGES[name]) for name in STAGES if getattr(scene.effects, name) is not None]
     counted = [j for j, (name, _) in enumerate(named) if name in ON_COUNTS]

@@ -15,13 +15,13 @@ LONGEST_PART = 300
 """Characters of one part of a message."""
 
 
-class Settings(BaseModel):
+class TomlTable(BaseModel):
     """Base of what is read from TOML: immutable, unknown keys refused, no NaN or infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-S = TypeVar("S", bound=Settings)
+S = TypeVar("S", bound=TomlTable)
 
 
 def load_toml(path: str | Path, kind: type[S]) -> S:

@@ -17,8 +17,8 @@ from clbrdf.bench import profiles
 from clbrdf.bench.comparison import (
     LONGEST,
     TARGETS,
+    OptimizerRun,
     Rules,
-    Run,
     Task,
     distinct_methods,
     run_methods,
@@ -48,7 +48,7 @@ def hand_made(contender, wavelength, seed, reached, cost, spent):
     to = tuple(cost * (k + 1.0) if k < reached else INF for k in range(len(TARGETS)))
     seconds = tuple(0.001 * c for c in to)
     gap = 0.5 * TARGETS[reached - 1] if reached else 1.0
-    return Run(contender, "p", wavelength, seed, to, seconds, gap, spent, 0.001 * spent)
+    return OptimizerRun(contender, "p", wavelength, seed, to, seconds, gap, spent, 0.001 * spent)
 
 
 @pytest.fixture

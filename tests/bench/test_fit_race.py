@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clbrdf.bench import fit_race
-from clbrdf.bench.fit_race import Plan, Run, found_share, growth, peer_places, race_scan
+from clbrdf.bench.fit_race import RacePlan, RaceRun, found_share, growth, peer_places, race_scan
 from clbrdf.cli import bench_fit as command
 from clbrdf.cli import main
 
@@ -22,7 +22,7 @@ def test_scans_have_the_directions_that_are_claimed(incident):
 
 
 def run(w, seconds, method="auto"):
-    return Run(method, 3, fit_race.DIRECTIONS, w, seconds, 1e8, np.ones(w))
+    return RaceRun(method, 3, fit_race.DIRECTIONS, w, seconds, 1e8, np.ones(w))
 
 
 def test_growth_is_told_per_doubling():
@@ -41,7 +41,7 @@ def test_peers_fit_wavelengths_spread_over_the_scan():
 
 
 def test_the_command_prints_and_writes(monkeypatch, tmp_path, capsys):
-    small = Plan(sizes=(2, 4), slow_sizes=(2,), incident=(3,), peers=(("least-squares", (40, 80)),))
+    small = RacePlan(sizes=(2, 4), slow_sizes=(2,), incident=(3,), peers=(("least-squares", (40, 80)),))
     monkeypatch.setattr(command, "Plan", lambda: small)
     monkeypatch.setattr(fit_race, "SLOW", ("tempering",))
     monkeypatch.setenv("COLUMNS", "100")

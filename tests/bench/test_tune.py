@@ -11,7 +11,7 @@ import pytest
 import clbrdf
 from clbrdf import DeviceError
 from clbrdf.bench import tune as tuning
-from clbrdf.fit import Settings
+from clbrdf.fit import AnnealSettings
 from clbrdf.opencl.answers import read_answer
 from clbrdf.opencl.lanes import Lanes, keep_answers, lanes_of, safe_lanes
 
@@ -85,7 +85,7 @@ def test_a_gpu_has_one_lane(device):
 
 
 def test_width_and_unrolling_change_nothing_but_rounding(device, small_scan, empty_cache):
-    settings = Settings(chains=16, levels=8)
+    settings = AnnealSettings(chains=16, levels=8)
     wide = clbrdf.fit(small_scan, settings=settings, device=device)
     keep_answers(device, {"float32": Lanes(4, 1), "float64": Lanes(2, 1)})
     narrow = clbrdf.fit(small_scan, settings=settings, device=device)

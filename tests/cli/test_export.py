@@ -11,7 +11,7 @@ from PIL import Image
 from clbrdf import Fit, Scan, fit
 from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.tables import read_tables
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from clbrdf.geometry import Directions
 from tests.formats.rgl.test_rgl_scans import SURFACE, scan_of
 
@@ -46,7 +46,7 @@ def test_export_of_a_fit_says_what_it_reached(run, fitted, tmp_path):
     ):
         assert word in text
     assert max(len(line) for line in text.splitlines()) <= 100
-    reader = Reader(read_tables(out))
+    reader = TensorReader(read_tables(out))
     result = Fit.open(fitted)
     rng = np.random.default_rng(3)
     angles = rng.uniform(5, 78, 2000), rng.uniform(0, 80, 2000), rng.uniform(0, 360, 2000)

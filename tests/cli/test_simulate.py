@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from clbrdf import Scan
-from clbrdf.fit import Settings, fit
+from clbrdf.fit import AnnealSettings, fit
 from tests.cli.test_commands import assert_one_line
 
 SCENE = """
@@ -94,7 +94,9 @@ def test_check_of_a_plane_scan(run, small_scan, tmp_path):
 
 
 def test_info_of_a_fit(run, small_scan, tmp_path):
-    fit(small_scan, weights="relative", settings=Settings(chains=16, levels=8)).save(tmp_path / "fit.h5")
+    fit(small_scan, weights="relative", settings=AnnealSettings(chains=16, levels=8)).save(
+        tmp_path / "fit.h5"
+    )
     status, out, _ = run("info", tmp_path / "fit.h5")
     assert status == 0
     rows = [line.split() for line in out.splitlines()]

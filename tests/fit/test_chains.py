@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import clbrdf
-from clbrdf.fit import METHODS, Settings, TemperingSettings
+from clbrdf.fit import METHODS, AnnealSettings, TemperingSettings
 from clbrdf.fit.chains import Chains
 from clbrdf.fit.problem import make_problem
 from clbrdf.models import get_model
@@ -101,7 +101,9 @@ def test_settings_are_checked():
         TemperingSettings(coldest=2.0)
 
 
-@pytest.mark.parametrize("settings", [Settings(chains=16, levels=8), TemperingSettings(ladders=1, rounds=10)])
+@pytest.mark.parametrize(
+    "settings", [AnnealSettings(chains=16, levels=8), TemperingSettings(ladders=1, rounds=10)]
+)
 def test_settings_alone_choose_the_method(small_scan, settings):
     fit = clbrdf.fit(small_scan, settings=settings)
-    assert fit.setup.method == {Settings: "anneal", TemperingSettings: "tempering"}[type(settings)]
+    assert fit.setup.method == {AnnealSettings: "anneal", TemperingSettings: "tempering"}[type(settings)]

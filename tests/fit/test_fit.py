@@ -9,13 +9,13 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, InputError, Scan
-from clbrdf.fit import DictionarySettings, Settings, TemperingSettings
+from clbrdf.fit import AnnealSettings, DictionarySettings, TemperingSettings
 from clbrdf.fit.blocks import wavelength_blocks
 from clbrdf.formats.load import load_one
 from clbrdf.scans import sample_scan
 from tests.reference import naive
 
-SHORT = Settings(chains=32, levels=15, starts=16)
+SHORT = AnnealSettings(chains=32, levels=15, starts=16)
 
 # Above the best E of 40 restarts of bounded least squares: one and the same optimum, up to where both stop.
 ALLOWED = 1e-6
@@ -103,7 +103,7 @@ def test_blocks_and_neighbours_do_not_change_a_wavelength(small_scan, monkeypatc
 
 def test_blocks_keep_memory_bounded_whatever_the_scan():
     for w, n in ((3, 100), (4096, 774), (10, 10_000_000)):
-        blocks = wavelength_blocks(np.arange(w), *Settings().cost(n, 6))
+        blocks = wavelength_blocks(np.arange(w), *AnnealSettings().cost(n, 6))
         assert np.concatenate(blocks).tolist() == list(range(w))
         largest = max(len(block) for block in blocks)
         assert largest == 1 or 24 * n * largest <= 128 << 20
@@ -206,14 +206,14 @@ def test_settings_and_arguments_are_checked(small_scan):
         match="no method is called 'guess'; there are auto, dictionary, lookup, anneal-",
     ):
         clbrdf.fit(small_scan, method="guess")
-    with pytest.raises(InputError, match="method dictionary takes DictionarySettings, not Settings"):
+    with pytest.raises(InputError, match="method dictionary takes DictionarySettings, not AnnealSettings"):
         clbrdf.fit(small_scan, method="dictionary", settings=SHORT)
     with pytest.raises(InputError, match="seed is -1"):
         clbrdf.fit(small_scan, seed=-1)
     with pytest.raises(InputError, match="chains is 0; give 1 to 1000000"):
-        Settings(chains=0)
+        AnnealSettings(chains=0)
     with pytest.raises(InputError, match="cooling factors"):
-        Settings(slowest=1.5)
+        AnnealSettings(slowest=1.5)
 
 
 def test_file_round_trip_is_exact(small_scan, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 import clbrdf
 from clbrdf import InputError
-from clbrdf.fit import Settings
+from clbrdf.fit import AnnealSettings
 from clbrdf.fit.methods import METHODS
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.tolerance import Rung, choose_settings, excess, measure
@@ -73,6 +73,6 @@ def test_what_cannot_be_kept_is_refused(scan):
         with pytest.raises(InputError, match=f"rtol is {rtol}; give"):
             clbrdf.fit(scan, rtol=rtol)
     with pytest.raises(InputError, match="settings and rtol both choose"):
-        clbrdf.fit(scan, rtol=1e-3, settings=Settings())
+        clbrdf.fit(scan, rtol=1e-3, settings=AnnealSettings())
     with pytest.raises(InputError, match="polish is 'half'; give one of none, single, double"):
-        Settings(polish="half")
+        AnnealSettings(polish="half")

@@ -10,10 +10,10 @@ from scipy.optimize import curve_fit
 
 import clbrdf
 from clbrdf import Scan
-from clbrdf.fit import Settings
+from clbrdf.fit import AnnealSettings
 from tests.reference import naive
 
-SHORT = Settings(chains=32, levels=15, starts=8)
+SHORT = AnnealSettings(chains=32, levels=15, starts=8)
 
 
 @pytest.fixture

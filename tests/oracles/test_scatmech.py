@@ -12,8 +12,7 @@ import pytest
 
 from clbrdf import Directions, Scan, fit
 from clbrdf.instrument.place import observation_of
-from clbrdf.instrument.rules import LADDER
-from clbrdf.instrument.rules import Rule
+from clbrdf.instrument.rules import LADDER, Rule
 from clbrdf.instrument.settings import Instrument
 from clbrdf.models import get_model
 from clbrdf.observation import ForwardModel

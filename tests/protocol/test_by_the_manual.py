@@ -15,11 +15,11 @@ from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.exposure import Exposer
 from clbrdf.rig.motion import make_stages
 from clbrdf.rig.rigfile import SpectrometerSettings, rig_class
-from clbrdf.rig.transport import Line
+from clbrdf.rig.transport import SerialLine
 
 
 def line_to(peer, reply_time=0.1, patience=PATIENCE):
-    line = Line("device", peer.port, 115200, patience, reply_time, EventLog())
+    line = SerialLine("device", peer.port, 115200, patience, reply_time, EventLog())
     line.open()
     return line
 

@@ -9,7 +9,7 @@ import time
 import tty
 
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.rig.transport import Line
+from clbrdf.rig.transport import SerialLine
 
 PATIENCE = 5.0
 """Margin on deadlines where nothing is meant to be late, s: the machine may be busy."""
@@ -55,12 +55,12 @@ class Dialogue(threading.Thread):
             assert self.heard == [step[0] for step in self.steps]
             assert rest == b""
 
-    def line(self, patience: float = PATIENCE) -> Line:
-        line = Line("device", self.port, 115200, patience, 0.02, EventLog())
+    def line(self, patience: float = PATIENCE) -> SerialLine:
+        line = SerialLine("device", self.port, 115200, patience, 0.02, EventLog())
         line.open()
         return line
 
 
-def kinds(line: Line) -> list[str]:
+def kinds(line: SerialLine) -> list[str]:
     """Kinds of the events logged so far."""
     return [event.kind for event in line.log.events]

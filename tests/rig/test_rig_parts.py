@@ -19,7 +19,7 @@ from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.exposure import Exposer, ladder
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import SpectrometerSettings, load_rig
-from clbrdf.rig.transport import Line
+from clbrdf.rig.transport import SerialLine
 
 
 class Light:
@@ -102,8 +102,8 @@ def test_longer_rungs_and_a_scan_that_saturates_in_a_sum():
 def test_another_makers_part_is_one_new_file(tmp_path, monkeypatch):
     (tmp_path / "acme9.py").write_text(
         'ROLES = ("reference",)\n'
-        "from clbrdf.storage.tomlfile import Settings\n"
-        "class Connection(Settings):\n    channel: int = 1\n"
+        "from clbrdf.storage.tomlfile import TomlTable\n"
+        "class Connection(TomlTable):\n    channel: int = 1\n"
         "def connect(settings, context):\n    return settings.channel\n"
     )
     monkeypatch.setattr(drivers, "__path__", [*drivers.__path__, str(tmp_path)])
@@ -163,7 +163,7 @@ def test_a_line_keeps_its_speed(tmp_path):
 def test_port_name_outlives_the_plug(tmp_path):
     port = PseudoTerminal(tmp_path / "port", None)
     port.plug()
-    line = Line("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
+    line = SerialLine("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
     line.open()
     port.write(b"hello\n")
     assert line.read_until(b"\n", time.monotonic() + 5.0) == b"hello"
@@ -188,7 +188,7 @@ def test_port_name_outlives_the_plug(tmp_path):
 def test_read_until_keeps_what_follows_and_bounds_a_line(tmp_path):
     port = PseudoTerminal(tmp_path / "port", None)
     port.plug()
-    line = Line("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
+    line = SerialLine("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
     line.open()
     port.write(b"one\ntwo\nthr")
     assert line.read_until(b"\n", time.monotonic() + 5.0) == b"one"
@@ -204,7 +204,7 @@ def test_read_until_keeps_what_follows_and_bounds_a_line(tmp_path):
 
 
 def test_deadline_counts_bits(tmp_path):
-    line = Line("device", "x", 9600, 0.3, 0.02, EventLog())
+    line = SerialLine("device", "x", 9600, 0.3, 0.02, EventLog())
     now = time.monotonic()
     assert line.deadline(2112, 1.0) - now == pytest.approx(2.2 + 1.0 + 0.3 + 0.02, abs=0.05)
 
@@ -291,7 +291,7 @@ def test_line_without_flow_control(tmp_path):
     """0x11 and 0x13 are data: they pass, in both directions."""
     port = PseudoTerminal(tmp_path / "port", None)
     port.plug()
-    line = Line("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
+    line = SerialLine("device", str(tmp_path / "port"), 115200, 0.1, 0.02, EventLog())
     line.open()
     line.send(b"a\x13b\x11c\x00\xff")
     data = b""

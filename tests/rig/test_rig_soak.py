@@ -12,7 +12,7 @@ from test_rig_measure import model_values, quantisation_bound
 from clbrdf.rig.emulator.faults import FAULTS
 from clbrdf.rig.measure import measure
 from clbrdf.rig.rawscan import read_raw
-from clbrdf.rig.transport import Line
+from clbrdf.rig.transport import SerialLine
 from clbrdf.scan import Scan
 
 SLACK = 2.0
@@ -23,7 +23,7 @@ SLACK = 2.0
 def late(monkeypatch):
     """How long after its deadline a read came back, at worst."""
     worst = [0.0]
-    receive = Line.receive
+    receive = SerialLine.receive
 
     def timed(self, deadline):
         try:
@@ -31,7 +31,7 @@ def late(monkeypatch):
         finally:
             worst[0] = max(worst[0], time.monotonic() - deadline)
 
-    monkeypatch.setattr(Line, "receive", timed)
+    monkeypatch.setattr(SerialLine, "receive", timed)
     return worst
 
 

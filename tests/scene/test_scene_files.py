@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError, Scan
-from clbrdf.fit import Settings, fit
+from clbrdf.fit import AnnealSettings, fit
 from clbrdf.scene import load_scene, simulate
 from clbrdf.scene.curve import Curve
 from tests.reference import naive
@@ -121,7 +121,7 @@ def test_what_cannot_be_simulated(more, words):
 
 class TestSurfacesFromFiles:
     def test_a_fit(self, small_scan, tmp_path):
-        result = fit(small_scan, weights="relative", settings=Settings(chains=16, levels=8))
+        result = fit(small_scan, weights="relative", settings=AnnealSettings(chains=16, levels=8))
         result.save(tmp_path / "fit.h5")
         made = scene([30, 45], [10, 44, 70], [450, 500, 650], surface={"file": str(tmp_path / "fit.h5")})
         scan = simulate(made)
@@ -133,7 +133,7 @@ class TestSurfacesFromFiles:
             simulate(made.model_copy(update={"wavelength": (440.0, 500.0)}))
 
     def test_terms_of_a_fit(self, small_scan, tmp_path):
-        result = fit(small_scan, weights="relative", settings=Settings(chains=16, levels=8))
+        result = fit(small_scan, weights="relative", settings=AnnealSettings(chains=16, levels=8))
         result.save(tmp_path / "fit.h5")
         surface = {"file": str(tmp_path / "fit.h5"), "terms": ["diffuse"]}
         scan = simulate(scene(30, [0, 40], [450, 650], surface=surface))

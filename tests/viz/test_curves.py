@@ -9,7 +9,7 @@ import pytest
 
 import clbrdf
 from clbrdf import InputError, Scan
-from clbrdf.fit import Settings
+from clbrdf.fit import AnnealSettings
 from clbrdf.viz.curves import measured_and_model, save_figure, signed_view_zenith, spectral_map
 
 
@@ -17,7 +17,7 @@ from clbrdf.viz.curves import measured_and_model, save_figure, signed_view_zenit
 def fit(small_scan):
     flags = np.zeros(small_scan.brdf.shape, np.uint32)
     flags[5, 1] = 1 << 3
-    return clbrdf.fit(replace(small_scan, flags=flags), settings=Settings(chains=16, levels=8))
+    return clbrdf.fit(replace(small_scan, flags=flags), settings=AnnealSettings(chains=16, levels=8))
 
 
 def test_points_lines_and_deviations(fit):
@@ -65,7 +65,7 @@ def test_pictures_are_written_whole_in_the_format_of_their_name(fit, tmp_path):
 
 def test_nothing_in_the_plane_of_incidence_is_said(small_scan):
     turned = replace(small_scan, phi_r=np.full(48, 90.0), theta_r=small_scan.theta_r + 5.0)
-    fit = clbrdf.fit(turned, settings=Settings(chains=16, levels=2))
+    fit = clbrdf.fit(turned, settings=AnnealSettings(chains=16, levels=2))
     for draw in (measured_and_model, spectral_map):
         with pytest.raises(InputError, match="plane of incidence"):
             draw(fit)

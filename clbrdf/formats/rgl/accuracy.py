@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.formats.rgl.coordinates import reflected
 from clbrdf.formats.rgl.material import Material, Places
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 
 Array = npt.NDArray[np.float64]
 
@@ -106,13 +106,13 @@ def check_directions(theta_i: Array, views: int, seed: int) -> tuple[Array, Arra
 
 
 def measure(
-    material: Material, reader: Reader, bands: Places, theta_i: Array, views: int, seed: int = 0
+    material: Material, reader: TensorReader, bands: Places, theta_i: Array, views: int, seed: int = 0
 ) -> Accuracy:
     """Compare a file with its material.
 
     Parameters
     ----------
-    reader : Reader
+    reader : TensorReader
         Of tables that hold the bands given, in this order.
     theta_i : (T,) array
         Degrees.

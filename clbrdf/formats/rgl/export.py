@@ -14,7 +14,7 @@ from clbrdf.formats.rgl.incidence import Incidence, best_incidence
 from clbrdf.formats.rgl.material import Material, Places
 from clbrdf.formats.rgl.parametrise import AZIMUTHS, ZENITHS, Layout, lobe_profile, make_tables
 from clbrdf.formats.rgl.tables import Tables, size_of
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from clbrdf.progress import Report
 
 Array = npt.NDArray[np.float64]
@@ -106,7 +106,7 @@ def export_material(
         if total <= tolerance:
             layout = Layout(incidence.nodes(count), side)
             tables = make_tables(material, layout, profile)
-            reader, bands = Reader(tables), material.every_band
+            reader, bands = TensorReader(tables), material.every_band
             incidents = random_incidents(FINAL_INCIDENTS, FINAL_SEED)
             accuracy = measure(material, reader, bands, incidents, FINAL_VIEWS, FINAL_SEED)
             reached = accuracy.binding
@@ -139,7 +139,7 @@ class _Search:
         """Error of a grid, and the part of it that is there at stored incident zeniths, too."""
         nodes = self.incidence.nodes(count)
         tables = make_tables(self.material, Layout(nodes, side), self.profile, probes)
-        reader = Reader(tables)
+        reader = TensorReader(tables)
         incidents = random_incidents(PROBE_INCIDENTS, SEARCH_SEED)
         total = measure(self.material, reader, probes, incidents, PROBE_VIEWS, SEARCH_SEED)
         stored = np.rad2deg(tables.theta_i.astype(np.float64))

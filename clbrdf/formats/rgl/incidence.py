@@ -16,7 +16,7 @@ import numpy.typing as npt
 from clbrdf.formats.rgl.accuracy import LAST_INCIDENT, measure
 from clbrdf.formats.rgl.material import Material
 from clbrdf.formats.rgl.parametrise import Layout, make_tables
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 
 Array = npt.NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def best_incidence(material: Material, profile: Array) -> Incidence:
     bands = material.steering_bands
     for _ in range(ROUNDS):
         nodes = incidence.nodes(COARSE_NODES)
-        reader = Reader(make_tables(material, Layout(nodes, COARSE_SIDE), profile, bands))
+        reader = TensorReader(make_tables(material, Layout(nodes, COARSE_SIDE), profile, bands))
         width = np.diff(nodes)
         inside = np.sort(np.concatenate([nodes[:-1] + part * width for part in (0.3, 0.7)]))
         found = measure(material, reader, bands, np.rad2deg(inside), VIEWS)

@@ -31,7 +31,7 @@ from clbrdf.errors import InputError
 from clbrdf.formats.rgl.coordinates import azimuth_of, horizon, reflected, zenith_coordinate, zenith_of
 from clbrdf.formats.rgl.material import LARGEST_INCIDENT, Material, Places, projected
 from clbrdf.formats.rgl.tables import Single, Tables
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from clbrdf.formats.rgl.warp import Warp
 
 Array = npt.NDArray[np.float64]
@@ -210,7 +210,7 @@ def _gains(material: Material, bands: Places, tables: Tables, warp: Warp) -> Arr
 
     The weighted median of truth over value, which makes the sum of absolute errors the smallest.
     """
-    reader = Reader(tables)
+    reader = TensorReader(tables)
     shares = (np.arange(GAIN_SAMPLES) + 0.5) / GAIN_SAMPLES
     theta_i = tables.theta_i.astype(np.float64)
     grid = zenith_of(np.linspace(0.0, 1.0, SIGMA_NODES))

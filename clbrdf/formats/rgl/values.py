@@ -17,7 +17,7 @@ BLOCK = 2_000_000
 """Values computed at a time: bounds the memory that is needed to some 100 MB."""
 
 
-class Reader:
+class TensorReader:
     """Evaluates one set of tables; the integrals of its densities are kept."""
 
     def __init__(self, tables: Tables) -> None:

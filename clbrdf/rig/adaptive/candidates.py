@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
+class CandidatePoints:
     """N directions and how the axes get there.
 
     Attributes
@@ -52,7 +52,7 @@ class Candidates:
         return np.asarray(np.nanmin(travel_times(self.axes - here, stages), axis=1))
 
 
-def make_candidates(plan: Plan, rig: Rig) -> Candidates:
+def make_candidates(plan: Plan, rig: Rig) -> CandidatePoints:
     """Return what a plan's grid leaves to choose from.
 
     Raises
@@ -71,4 +71,4 @@ def make_candidates(plan: Plan, rig: Rig) -> Candidates:
             f" {words}; give more, or leave [adaptive] out for a fixed route"
         )
     counts = {str(r): int(np.count_nonzero(reasons == r)) for r in dict.fromkeys(reasons.tolist()) if r}
-    return Candidates(directions[usable], axes[usable], len(directions), counts)
+    return CandidatePoints(directions[usable], axes[usable], len(directions), counts)

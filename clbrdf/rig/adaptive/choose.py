@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.rig.adaptive.candidates import Candidates
+from clbrdf.rig.adaptive.candidates import CandidatePoints
 from clbrdf.rig.adaptive.knowledge import Knowledge
 from clbrdf.rig.adaptive.score import scores, with_one_more
 from clbrdf.rig.adaptive.settings import Adaptive
@@ -27,7 +27,7 @@ class Picks:
         Not nearer than the least separation to any that was taken.
     """
 
-    def __init__(self, candidates: Candidates, separation: float, taken: list[int]) -> None:
+    def __init__(self, candidates: CandidatePoints, separation: float, taken: list[int]) -> None:
         self.candidates, self.separation = candidates, separation
         self.chosen: list[int] = []
         self.free = np.ones(len(candidates), bool)
@@ -55,7 +55,7 @@ class Picks:
 
 
 def choose_batch(
-    candidates: Candidates,
+    candidates: CandidatePoints,
     settings: Adaptive,
     rig: Rig,
     knowledge: Knowledge | None,

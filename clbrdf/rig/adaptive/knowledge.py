@@ -11,8 +11,8 @@ from clbrdf.errors import InputError
 from clbrdf.fit import Fit, fit
 from clbrdf.geometry import Directions, cos_deg
 from clbrdf.models import Model
-from clbrdf.rig.adaptive.light import Light
-from clbrdf.rig.adaptive.observe import Observation
+from clbrdf.rig.adaptive.light import NoiseModel
+from clbrdf.rig.adaptive.observe import CalibratedPoint
 from clbrdf.rig.adaptive.score import covariance
 from clbrdf.rig.adaptive.settings import Adaptive
 from clbrdf.scan import Scan
@@ -24,7 +24,7 @@ STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Misfit:
+class ValidationMisfit:
     """How far the validation points lie from the fit.
 
     Attributes
@@ -62,8 +62,8 @@ class Knowledge:
         All parameters.
     cov : (W, F, F) float64
         Covariance of the fitted ones, from the rig's own noise.
-    light : Light
-    misfit : Misfit
+    light : NoiseModel
+    misfit : ValidationMisfit
     """
 
     model: Model
@@ -71,8 +71,8 @@ class Knowledge:
     wavelength: Array
     vector: Array
     cov: Array
-    light: Light
-    misfit: Misfit
+    light: NoiseModel
+    misfit: ValidationMisfit
 
     def predict(self, directions: Directions) -> tuple[Array, Array, Array, Array]:
         """BRDF (W, N), derivatives (W, N, F), σ of one measurement (W, N) and exposure times (N,), s."""
@@ -84,7 +84,11 @@ class Knowledge:
 
 
 def learn(
-    settings: Adaptive, model: Model, seen: list[Observation], kept: list[Observation], light: Light
+    settings: Adaptive,
+    model: Model,
+    seen: list[CalibratedPoint],
+    kept: list[CalibratedPoint],
+    light: NoiseModel,
 ) -> Knowledge | None:
     """Fit `seen` and look how `kept`, which the fit does not know, lies to it.
 
@@ -112,18 +116,20 @@ def learn(
     vector = np.where(np.isfinite(second.vector), second.vector, first.vector[keep])
     _, jacobian, sigma, _ = _predict(model, free, vector, light, scan.directions)
     cov = covariance(jacobian, np.where(scan.mask.T, np.inf, sigma))
-    knowledge = Knowledge(model, free, scan.wavelength, vector, cov, light, Misfit(0, np.nan, np.nan))
+    knowledge = Knowledge(
+        model, free, scan.wavelength, vector, cov, light, ValidationMisfit(0, np.nan, np.nan)
+    )
     return replace(knowledge, misfit=_misfit(knowledge, kept)) if kept else knowledge
 
 
-def light_wavelengths(seen: list[Observation], most: int) -> Array:
+def light_wavelengths(seen: list[CalibratedPoint], most: int) -> Array:
     """At most so many of the wavelengths, evenly spread, nm."""
     wavelength = seen[0].wavelength
     places = np.linspace(0, len(wavelength) - 1, min(most, len(wavelength))).round().astype(int)
     return np.asarray(wavelength[places])
 
 
-def scan_of(seen: list[Observation], wavelength: Array) -> Scan:
+def scan_of(seen: list[CalibratedPoint], wavelength: Array) -> Scan:
     """Return observations as a scan at some of their wavelengths, nm."""
     places = np.searchsorted(seen[0].wavelength, wavelength)
     theta_i, phi_i, theta_r, phi_r = np.array([one.angles for one in seen]).T
@@ -143,7 +149,7 @@ def _fit(settings: Adaptive, model: Model, scan: Scan) -> Fit:
 
 
 def _predict(
-    model: Model, free: list[int], vector: Array, light: Light, directions: Directions
+    model: Model, free: list[int], vector: Array, light: NoiseModel, directions: Directions
 ) -> tuple[Array, Array, Array, Array]:
     full = vector[:, None, :]
     features = model.features(directions)
@@ -157,7 +163,7 @@ def _predict(
     return brdf, jacobian, sigma, seconds
 
 
-def _slopes(model: Model, vector: Array, directions: Directions, light: Light) -> Array:
+def _slopes(model: Model, vector: Array, directions: Directions, light: NoiseModel) -> Array:
     """Root sum square (W, N) of the derivatives by θi and θr, 1/sr per degree; 0 where nobody asks."""
     shape = (len(vector), len(directions))
     if not light.budget.points.angle:
@@ -174,14 +180,14 @@ def _slopes(model: Model, vector: Array, directions: Directions, light: Light) -
     return np.sqrt(total)
 
 
-def _misfit(knowledge: Knowledge, kept: list[Observation]) -> Misfit:
+def _misfit(knowledge: Knowledge, kept: list[CalibratedPoint]) -> ValidationMisfit:
     scan = scan_of(kept, knowledge.wavelength)
     brdf, jacobian, sigma, _ = knowledge.predict(scan.directions)
     own = np.einsum("wnp,wpq,wnq->wn", jacobian, knowledge.cov, jacobian)
     good = ~scan.mask.T & (sigma > 0.0)
     if not good.any():
-        return Misfit(0, np.nan, np.nan)
+        return ValidationMisfit(0, np.nan, np.nan)
     off = np.where(good, scan.brdf.T - brdf, 0.0)
     chi2 = float((off**2 / (sigma**2 + own))[good].mean())
     relative = float(np.sqrt(((off / np.where(brdf == 0.0, 1.0, brdf)) ** 2)[good].mean()))
-    return Misfit(int(good.any(axis=0).sum()), chi2, relative)
+    return ValidationMisfit(int(good.any(axis=0).sum()), chi2, relative)

@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Light:
+class NoiseModel:
     """The light of the rig as its last incident power showed it.
 
     Attributes

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.rig.adaptive.light import Light
+from clbrdf.rig.adaptive.light import NoiseModel
 from clbrdf.rig.alone import rows_alone
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate, grid_and_weights, incident_power, resample
@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Observation:
+class CalibratedPoint:
     """One point.
 
     Attributes
@@ -49,10 +49,10 @@ class Observation:
 class Observer(Protocol):
     """Where a planner's knowledge comes from."""
 
-    def observe(self, row: Row) -> Observation:
+    def observe(self, row: Row) -> CalibratedPoint:
         """Return what a committed point that was not skipped shows."""
 
-    def light(self, row: Row, wavelength: Array) -> Light:
+    def light(self, row: Row, wavelength: Array) -> NoiseModel:
         """Return the light at some wavelengths, nm, that a committed point was measured with."""
 
 
@@ -66,21 +66,21 @@ class StoredRows:
     def __init__(self, plan: Plan, rig: Rig, store: Store, budget: Budget) -> None:
         self.plan, self.rig, self.store, self.budget = plan, rig, store, budget
 
-    def observe(self, row: Row) -> Observation:
+    def observe(self, row: Row) -> CalibratedPoint:
         """Calibrate a point by itself."""
         scan = calibrate(self._raw(row), self.budget)
         angles = np.array([scan.theta_i[0], scan.phi_i[0], scan.theta_r[0], scan.phi_r[0]])
         values = np.where(scan.mask[0], np.nan, scan.brdf[0])
         sigma = np.zeros(values.shape) if scan.random_sigma is None else scan.random_sigma[0]
-        return Observation(angles, scan.wavelength, values, sigma)
+        return CalibratedPoint(angles, scan.wavelength, values, sigma)
 
-    def light(self, row: Row, wavelength: Array) -> Light:
+    def light(self, row: Row, wavelength: Array) -> NoiseModel:
         """Take incident power and dark level of a point."""
         raw = self._raw(row)
         grid, weights = grid_and_weights(raw.wavelength, self.plan.wavelength, raw.is_discrete)
         rate, _ = incident_power(raw, np.array([2]))
         places = np.abs(grid - wavelength[:, None]).argmin(axis=1)
-        return Light(
+        return NoiseModel(
             self.plan,
             self.rig,
             self.budget,

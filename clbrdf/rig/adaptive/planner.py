@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.models import get_model
-from clbrdf.rig.adaptive.candidates import Candidates
+from clbrdf.rig.adaptive.candidates import CandidatePoints
 from clbrdf.rig.adaptive.choose import Picks, choose_batch
 from clbrdf.rig.adaptive.goal import Goal
 from clbrdf.rig.adaptive.knowledge import Knowledge, learn, light_wavelengths
-from clbrdf.rig.adaptive.observe import Observation, Observer
+from clbrdf.rig.adaptive.observe import CalibratedPoint, Observer
 from clbrdf.rig.adaptive.settings import Adaptive
 from clbrdf.rig.adaptive.spread import uniform_start
 from clbrdf.rig.planner import Target
@@ -42,7 +42,7 @@ class Batch:
     first : int
         Number of its first point.
     places : tuple of int
-        Candidates.
+        CandidatePoints.
         None: the plan has come to its end.
     axes : (n, 3) float64
         Where the stages go, degrees.
@@ -79,7 +79,7 @@ class AdaptivePlanner:
     Parameters
     ----------
     settings : Adaptive
-    candidates : Candidates
+    candidates : CandidatePoints
     rig : Rig
     observer : Observer
         Calibrates the rows.
@@ -95,7 +95,7 @@ class AdaptivePlanner:
     def __init__(
         self,
         settings: Adaptive,
-        candidates: Candidates,
+        candidates: CandidatePoints,
         rig: Rig,
         observer: Observer,
         say: Callable[[str, str], None],
@@ -106,7 +106,7 @@ class AdaptivePlanner:
         self.goal = Goal(settings, np.unique(candidates.directions.theta_i))
         self.states: list[State] = []
         self._rows: list[Row] = []
-        self._seen: dict[int, Observation] = {}
+        self._seen: dict[int, CalibratedPoint] = {}
         self._batch: Batch | None = None
         self._said_bound = False
         self._place_of = {tuple(candidates.nominal(k)): k for k in range(len(candidates))}

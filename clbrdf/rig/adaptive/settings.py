@@ -8,13 +8,13 @@ from pydantic import Field, model_validator
 
 from clbrdf.errors import InputError
 from clbrdf.models import Model, get_model
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 LEAST_INCIDENT = 3
 """Incident angles without which Fresnel and shadowing terms cannot be told from a scale."""
 
 
-class Adaptive(Settings):
+class Adaptive(TomlTable):
     """Measure until a target is reached, where it tells most, among the plan's directions.
 
     Attributes

@@ -28,7 +28,7 @@ from typing import Any
 from clbrdf.errors import InputError
 from clbrdf.rig.connection import NoConnection
 from clbrdf.rig.errors import InstrumentError
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 
 def driver_names(role: str = "") -> tuple[str, ...]:
@@ -51,16 +51,16 @@ def get_driver(role: str, name: str) -> Any:
     return _module(name)
 
 
-def connection_of(role: str, driver: Any) -> type[Settings]:
+def connection_of(role: str, driver: Any) -> type[TomlTable]:
     """Return the settings that a driver adds to its section of the rig file in a role."""
-    own: type[Settings] = getattr(driver, "Connection", NoConnection)
-    kind: type[Settings] = getattr(driver, "CONNECTIONS", {}).get(role, own)
+    own: type[TomlTable] = getattr(driver, "Connection", NoConnection)
+    kind: type[TomlTable] = getattr(driver, "CONNECTIONS", {}).get(role, own)
     return kind
 
 
-def axis_of(driver: Any) -> type[Settings]:
+def axis_of(driver: Any) -> type[TomlTable]:
     """Return the settings that a driver of stages adds to each axis."""
-    kind: type[Settings] = getattr(driver, "Axis", NoConnection)
+    kind: type[TomlTable] = getattr(driver, "Axis", NoConnection)
     return kind
 
 

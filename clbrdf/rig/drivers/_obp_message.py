@@ -102,7 +102,7 @@ class Message:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundFrame:
     """What stands at the start of a buffer.
 
     Attributes
@@ -123,20 +123,20 @@ class Found:
     bad_checksum: Message | None = None
 
 
-def find_message(buffer: bytes | bytearray) -> Found:
+def find_message(buffer: bytes | bytearray) -> FoundFrame:
     """Look for the first whole, valid message: scan for C1 C0, check count, footer and MD5."""
     data = bytes(buffer)
     place, bad = 0, None
     while (start := data.find(START, place)) >= 0:
         if len(data) - start < HEADER.size:
-            return Found(None, start, data[:start], bad)
+            return FoundFrame(None, start, data[:start], bad)
         _, version, flags, error, kind, regarding, checksum, count, immediate, remaining = HEADER.unpack_from(
             data, start
         )
         end = start + HEADER.size + remaining
         sound = version in VERSIONS and TAIL <= remaining <= MOST_REMAINING and count <= 16 and checksum <= 1
         if sound and end > len(data):
-            return Found(None, start, data[:start], bad)
+            return FoundFrame(None, start, data[:start], bad)
         if sound and data[end - len(FOOTER) : end] == FOOTER:
             body = data[start : end - TAIL]
             payload = body[HEADER.size :]
@@ -145,9 +145,9 @@ def find_message(buffer: bytes | bytearray) -> Found:
             )
             digest = data[end - TAIL : end - len(FOOTER)]
             if checksum == CHECKSUM_NONE or digest == hashlib.md5(body, usedforsecurity=False).digest():
-                return Found(message, end, data[:start], bad)
+                return FoundFrame(message, end, data[:start], bad)
             bad = message
         place = start + len(START)
     # A single C1 at the end may be the first half of a start.
     keep = 1 if data.endswith(START[:1]) else 0
-    return Found(None, len(data) - keep, data[: len(data) - keep], bad)
+    return FoundFrame(None, len(data) - keep, data[: len(data) - keep], bad)

@@ -16,14 +16,14 @@ from pydantic import Field, model_validator
 from clbrdf.rig.connection import Context
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.roles import Counts
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 FULL_SCALE = 2**28
 TIME = 1.0
 """Stands for the integration time: readings do not grow with it, s."""
 
 
-class SingleConnection(Settings):
+class SingleConnection(TomlTable):
     """What a detector needs to stand in for a spectrometer.
 
     Attributes

@@ -9,15 +9,15 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import InstrumentError, NoReplyError, UnpluggedError
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 EXTRA = "pymeasure"
 
 
-class VisaConnection(Settings):
+class VisaConnection(TomlTable):
     """A VISA resource.
 
     Attributes
@@ -152,7 +152,7 @@ def _why(resource: str, error: Exception) -> str:
     return f"{resource} cannot be opened ({text}); check the resource in the rig file"
 
 
-def find_resources(matches: Callable[[str], bool]) -> list[Found]:
+def find_resources(matches: Callable[[str], bool]) -> list[FoundInstrument]:
     """Return the VISA resources that fit."""
     pyvisa = needed("pyvisa", EXTRA)
     try:
@@ -160,4 +160,4 @@ def find_resources(matches: Callable[[str], bool]) -> list[Found]:
         names = manager.list_resources()
     except Exception as error:
         raise InstrumentError(_why("VISA", error)) from error
-    return [Found(name, "VISA resource") for name in names if matches(name)]
+    return [FoundInstrument(name, "VISA resource") for name in names if matches(name)]

@@ -13,12 +13,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers._visa import EXTRA as EXTRA
 from clbrdf.rig.drivers._visa import VisaConnection, VisaInstrument, find_resources
 from clbrdf.rig.errors import BadReplyError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 ROLES = ("stages",)
 MOST_READINGS = 8
@@ -33,7 +33,7 @@ class Connection(VisaConnection):
     """Its VISA resource."""
 
 
-class Axis(Settings):
+class Axis(TomlTable):
     """Number of the axis, 1 to 3."""
 
     axis: Annotated[int, Field(ge=1, le=3)]
@@ -190,6 +190,6 @@ def connect(settings: Connection, axes: Mapping[str, Axis], context: Context) ->
     return Esp300(settings, axes, context)
 
 
-def find() -> list[Found]:
+def find() -> list[FoundInstrument]:
     """Return the resources that may be one."""
     return find_resources(lambda name: name.startswith(("GPIB", "ASRL")))

@@ -13,11 +13,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError, UnpluggedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 ROLES = ("stages",)
 EXTRA = "pylablib"
@@ -37,7 +37,7 @@ BAD = {
 LIMITS = {"hw_fw_lim": "positive end of run", "hw_bk_lim": "negative end of run"}
 
 
-class Axis(Settings):
+class Axis(TomlTable):
     """One controller.
 
     Attributes
@@ -236,17 +236,17 @@ def _why(serial: str, error: Exception) -> str:
     return f"controller {serial} cannot be opened ({text}); check its serial number and the cable"
 
 
-def connect(settings: Settings, axes: Mapping[str, Axis], context: Context) -> Kinesis:
+def connect(settings: TomlTable, axes: Mapping[str, Axis], context: Context) -> Kinesis:
     """Return the controllers of a rig file."""
     del settings
     return Kinesis(axes, context)
 
 
-def find() -> list[Found]:
+def find() -> list[FoundInstrument]:
     """Return the connected controllers."""
     thorlabs = needed(THORLABS, EXTRA)
     try:
-        return [Found(str(serial), str(what)) for serial, what in thorlabs.list_kinesis_devices()]
+        return [FoundInstrument(str(serial), str(what)) for serial, what in thorlabs.list_kinesis_devices()]
     except Exception as error:
         raise InstrumentError(
             f"Kinesis controllers cannot be listed ({' '.join(str(error).split())})"

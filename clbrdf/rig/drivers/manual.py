@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from clbrdf.rig.connection import Context
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 ROLES = ("stages",)
 MOST_ANSWERS = 5
@@ -78,7 +78,7 @@ class Manual:
 
     is_open = False
 
-    def __init__(self, axes: Mapping[str, Settings], context: Context) -> None:
+    def __init__(self, axes: Mapping[str, TomlTable], context: Context) -> None:
         self.stages = {name: ManualStage(name, context) for name in axes}
 
     def open(self) -> None:
@@ -97,7 +97,7 @@ class Manual:
         """Do nothing: nothing moves by itself."""
 
 
-def connect(settings: Settings, axes: Mapping[str, Settings], context: Context) -> Manual:
+def connect(settings: TomlTable, axes: Mapping[str, TomlTable], context: Context) -> Manual:
     """Return the axes of a rig file."""
     del settings
     return Manual(axes, context)

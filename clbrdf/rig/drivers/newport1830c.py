@@ -23,7 +23,7 @@ from pydantic import Field
 
 from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, OutOfBandError
-from clbrdf.rig.transport import Line, make_line, repeated, why_silent
+from clbrdf.rig.transport import SerialLine, make_line, repeated, why_silent
 
 ROLES = ("reference",)
 END = b"\n"
@@ -55,7 +55,7 @@ class Connection(SerialConnection):
 class Newport1830C:
     """The power meter that watches the lamp."""
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, line: SerialLine) -> None:
         self.line = line
         self._wavelength = ""
         self._noise = 0.0

@@ -21,7 +21,7 @@ from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.drivers import _obp_message as obp
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, NoReplyError, RefusedError
 from clbrdf.rig.roles import Counts
-from clbrdf.rig.transport import Line, make_line, repeated, why_silent
+from clbrdf.rig.transport import SerialLine, make_line, repeated, why_silent
 
 ROLES = ("spectrometer",)
 MOST_SPECTRA = 10
@@ -53,7 +53,7 @@ class ObpSpectrometer:
     longest = 85.0
     is_discrete = False
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, line: SerialLine) -> None:
         self.line = line
         self._regarding = 0
         self._buffer = bytearray()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from statistics import median
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers._single import SingleConnection, SingleDetector
 from clbrdf.rig.drivers._visa import EXTRA as EXTRA
 from clbrdf.rig.drivers._visa import VisaConnection, VisaInstrument, find_resources
@@ -110,6 +110,6 @@ def connect(settings: VisaConnection, context: Context) -> Pm100Usb | SingleDete
     return SingleDetector(meter, settings, context) if isinstance(settings, DetectorConnection) else meter
 
 
-def find() -> list[Found]:
+def find() -> list[FoundInstrument]:
     """Return the connected ones."""
     return find_resources(lambda name: "0x1313" in name.lower() or "::4883::" in name)

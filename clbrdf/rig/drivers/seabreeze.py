@@ -17,11 +17,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers import needed
 from clbrdf.rig.errors import BadReplyError, InstrumentError, UnpluggedError
 from clbrdf.rig.roles import Counts
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 ROLES = ("spectrometer",)
 EXTRA = "seabreeze"
@@ -33,7 +33,7 @@ BACK_TO_BACK = 0.002
 """A spectrum asked for so soon after the last one follows it without a gap, s."""
 
 
-class Connection(Settings):
+class Connection(TomlTable):
     """A spectrometer on USB.
 
     Attributes
@@ -234,10 +234,10 @@ def connect(settings: Connection, context: Context) -> SeaBreezeSpectrometer:
     return SeaBreezeSpectrometer(settings, context)
 
 
-def find() -> list[Found]:
+def find() -> list[FoundInstrument]:
     """Return the connected spectrometers."""
     library = needed(MODULE, EXTRA)
     try:
-        return [Found(device.serial_number, str(device.model)) for device in library.list_devices()]
+        return [FoundInstrument(device.serial_number, str(device.model)) for device in library.list_devices()]
     except Exception as error:
         raise InstrumentError(_why(error)) from error

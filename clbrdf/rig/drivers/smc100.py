@@ -20,8 +20,8 @@ from pydantic import Field
 from clbrdf.rig.connection import Context, SerialConnection
 from clbrdf.rig.errors import BadReplyError, InstrumentError, LineError, RefusedError
 from clbrdf.rig.roles import Motion, StageStatus
-from clbrdf.rig.transport import Line, make_line, repeated, why_silent
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.rig.transport import SerialLine, make_line, repeated, why_silent
+from clbrdf.storage.tomlfile import TomlTable
 
 ROLES = ("stages",)
 END = b"\r\n"
@@ -83,7 +83,7 @@ class Connection(SerialConnection):
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 57600
 
 
-class Axis(Settings):
+class Axis(TomlTable):
     """One controller: its address on the line, 1 to 31."""
 
     address: Annotated[int, Field(ge=1, le=31)]
@@ -92,7 +92,7 @@ class Axis(Settings):
 class Smc100Stage:
     """One axis of an SMC100 line, address 1 to 31."""
 
-    def __init__(self, line: Line, address: int) -> None:
+    def __init__(self, line: SerialLine, address: int) -> None:
         self.line = line
         self.address = address
         self._firmware = ""
@@ -281,7 +281,7 @@ def _decimal(value: float) -> str:
 class Smc100Line:
     """All controllers of one line, by the name of their axis."""
 
-    def __init__(self, line: Line, addresses: Mapping[str, int]) -> None:
+    def __init__(self, line: SerialLine, addresses: Mapping[str, int]) -> None:
         self.line = line
         self.stages = {name: Smc100Stage(line, address) for name, address in addresses.items()}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from clbrdf.rig.connection import Context, Found
+from clbrdf.rig.connection import Context, FoundInstrument
 from clbrdf.rig.drivers._lockin import LockIn, LockInConnection
 from clbrdf.rig.drivers._single import SingleDetector
 from clbrdf.rig.drivers._visa import EXTRA as EXTRA
@@ -32,6 +32,6 @@ def is_overloaded(amplifier: Any) -> bool:
     return bool(int(amplifier.ask("LIAS?")) & OVERLOADS)
 
 
-def find() -> list[Found]:
+def find() -> list[FoundInstrument]:
     """Return the resources that may be one: GPIB instruments do not say what they are."""
     return find_resources(lambda name: name.startswith("GPIB"))

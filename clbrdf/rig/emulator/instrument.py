@@ -15,7 +15,7 @@ UNPLUGGED_TIME = 0.1
 WAKE = 0.05
 
 
-class Device(Protocol):
+class EmulatedDevice(Protocol):
     """What the thread asks of an instrument."""
 
     name: str
@@ -36,10 +36,10 @@ class Device(Protocol):
         """Return a request in words, to choose faults by."""
 
 
-class Instrument(threading.Thread):
+class EmulatedInstrument(threading.Thread):
     """Serves one device on one port until `close`."""
 
-    def __init__(self, device: Device, port: PseudoTerminal, injector: Injector) -> None:
+    def __init__(self, device: EmulatedDevice, port: PseudoTerminal, injector: Injector) -> None:
         super().__init__(name=f"emulated {device.name}", daemon=True)
         self.device = device
         self.port = port

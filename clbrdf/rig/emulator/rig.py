@@ -7,7 +7,7 @@ from types import TracebackType
 
 from clbrdf.errors import InputError
 from clbrdf.rig.emulator.faults import Injector
-from clbrdf.rig.emulator.instrument import Device, Instrument
+from clbrdf.rig.emulator.instrument import EmulatedDevice, EmulatedInstrument
 from clbrdf.rig.emulator.port import PseudoTerminal
 from clbrdf.rig.emulator.powermeter import EmulatedPowerMeter
 from clbrdf.rig.emulator.settings import EmulatorSettings
@@ -29,7 +29,7 @@ class EmulatedRig:
     ----------
     injector : Injector
         Plans faults and remembers those that happened.
-    instruments : dict of str to Instrument
+    instruments : dict of str to EmulatedInstrument
 
     Raises
     ------
@@ -47,7 +47,7 @@ class EmulatedRig:
         clock = Clock(settings.time_factor)
         self.world = World(rig, settings, clock)
         effects = settings.effects
-        self.devices: dict[str, Device] = {}
+        self.devices: dict[str, EmulatedDevice] = {}
         if "stages" in emulated:
             stages = EmulatedStages(rig.stages, clock, effects.angle_noise, settings.seed, effects.hunting)
             self.world.axes = stages.true_angles
@@ -56,14 +56,14 @@ class EmulatedRig:
             self.devices["spectrometer"] = EmulatedSpectrometer(self.world, settings.left)
         if "reference" in emulated:
             self.devices["reference"] = EmulatedPowerMeter(self.world, settings.left.meter)
-        self.instruments: dict[str, Instrument] = {}
+        self.instruments: dict[str, EmulatedInstrument] = {}
         for name, device in self.devices.items():
             part = getattr(rig, name)
             port = PseudoTerminal(Path(part.port), part.baud if settings.line_speed else None)
-            self.instruments[name] = Instrument(device, port, self.injector)
+            self.instruments[name] = EmulatedInstrument(device, port, self.injector)
 
     def __enter__(self) -> EmulatedRig:
-        opened: list[Instrument] = []
+        opened: list[EmulatedInstrument] = []
         try:
             for instrument in self.instruments.values():
                 instrument.port.plug()

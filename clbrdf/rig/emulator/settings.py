@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 from clbrdf.errors import InputError
 from clbrdf.models import DEFAULT_MODEL, get_model
 from clbrdf.scene.curve import Curve
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 
-class EffectSettings(Settings):
+class EffectSettings(TomlTable):
     """Instrument effects; each is absent unless it is set.
 
     Attributes
@@ -66,7 +66,7 @@ class EffectSettings(Settings):
     clip: Annotated[int, Field(ge=0, le=16383)] = 0
 
 
-class LeftSettings(Settings):
+class LeftSettings(TomlTable):
     """In which state the last user left the instruments.
 
     Attributes
@@ -83,7 +83,7 @@ class LeftSettings(Settings):
     boxcar: Annotated[int, Field(ge=0, le=15)] = 0
 
 
-class EmulatorSettings(Settings):
+class EmulatorSettings(TomlTable):
     """The emulated rig.
 
     Attributes

@@ -17,12 +17,12 @@ import numpy.typing as npt
 from pydantic import Field
 
 from clbrdf.scene.effects.lamp_drift import drift_factor
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Dark(Settings):
+class DarkSignal(TomlTable):
     """Settings.
 
     Attributes

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
@@ -22,7 +22,7 @@ ITERATIONS = 60
 """Of x ← net p(x): p is near 1, and each takes off two digits or more."""
 
 
-class Nonlinearity(Settings):
+class Nonlinearity(TomlTable):
     """Settings.
 
     Attributes

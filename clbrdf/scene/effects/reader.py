@@ -11,10 +11,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 
-class Reader(Settings):
+class Reader(TomlTable):
     """Settings.
 
     Attributes

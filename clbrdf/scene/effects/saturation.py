@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
 
-class Saturation(Settings):
+class Saturation(TomlTable):
     """It has no settings; full scale is the detector's."""
 
 

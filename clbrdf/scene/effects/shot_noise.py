@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.storage.tomlfile import Settings
+from clbrdf.storage.tomlfile import TomlTable
 
 Array = npt.NDArray[np.float64]
 
@@ -30,7 +30,7 @@ MOST_ELECTRONS = 1e9
 EXPANDED_FROM = 100.0
 
 
-class ShotNoise(Settings):
+class ShotNoise(TomlTable):
     """It has no settings; the gain is the detector's."""
 
 

@@ -11,7 +11,7 @@ from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.material import Material, projected
 from clbrdf.formats.rgl.nodes import stored_nodes
 from clbrdf.formats.rgl.tables import size_of
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from tests.formats.rgl.database_layout import database_tables
 from tests.formats.rgl.materials import MATERIALS, coloured, ggx, lambert, spectral, total
 
@@ -22,7 +22,7 @@ def independent_error(made, material, count=20_000, seed=11):
     theta_i, phi = rng.uniform(3, 80, count), rng.uniform(0, 360, count)
     theta_r = np.rad2deg(np.arccos(rng.uniform(np.cos(np.deg2rad(85)), 1.0, count)))
     truth = material.brdf(theta_i, theta_r, phi, material.every_band)
-    value = Reader(made.tables).brdf(theta_i, theta_r, phi)
+    value = TensorReader(made.tables).brdf(theta_i, theta_r, phi)
     return np.abs(value - truth).sum(axis=0) / np.abs(truth).sum(axis=0)
 
 
@@ -64,7 +64,7 @@ def test_nowhere_negative_and_not_brighter(name):
     rng = np.random.default_rng(2)
     phi, theta_r = rng.uniform(0, 360, 40_000), np.rad2deg(np.arcsin(np.sqrt(rng.uniform(0, 0.999, 40_000))))
     for theta_i in (5.0, 45.0, 75.0):
-        value = np.pi * Reader(tables).brdf(theta_i, theta_r, phi)[:, 0].mean()
+        value = np.pi * TensorReader(tables).brdf(theta_i, theta_r, phi)[:, 0].mean()
         truth = np.pi * MATERIALS[name](theta_i, theta_r, phi).mean()
         # Three times the tolerance, as documented; that holds up to 85°, and the foil has light beyond.
         assert value == pytest.approx(truth, rel=0.03)
@@ -82,7 +82,7 @@ def test_a_lobe_of_a_tenth_of_a_degree():
     material = coloured(total(ggx(0.002, 1.0), lambert(0.1)))
     made = export_material(material, 0.01)
     assert made.accuracy.reached <= 0.01
-    peak = Reader(made.tables).brdf(40.0, 40.0, 180.0)[0]
+    peak = TensorReader(made.tables).brdf(40.0, 40.0, 180.0)[0]
     np.testing.assert_allclose(
         peak, material.brdf(*(np.array([a]) for a in (40.0, 40.0, 180.0)), np.arange(3))[0], rtol=0.02
     )
@@ -130,7 +130,7 @@ def test_a_tolerance_that_would_take_too_large_a_file():
 def test_the_grid_of_the_database_is_coarser_by_ten_times(name):
     material = spectral(MATERIALS[name])
     database = database_tables(MATERIALS[name])
-    coarse = measure(material, Reader(database), np.arange(3), random_incidents(64, 5), 256, 5)
+    coarse = measure(material, TensorReader(database), np.arange(3), random_incidents(64, 5), 256, 5)
     made = export_material(material, 0.005)
     assert coarse.reached > 10.0 * made.accuracy.reached
     if name != "tin foil":

@@ -13,7 +13,7 @@ from clbrdf.formats.rgl.accuracy import check_directions, random_incidents
 from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.nodes import stored_nodes
 from clbrdf.formats.rgl.tables import Tables, read_tables, write_tables
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from tests.formats.rgl.materials import MATERIALS, WAVELENGTH, coloured, mitsuba_brdf, spectral
 
 FIELDS = ("description", "phi_i", "theta_i", "ndf", "sigma", "vndf", "luminance", "spectra", "wavelength")
@@ -38,7 +38,10 @@ def random_directions(count, seed=0):
 
 def test_database_files_between_nodes(database_file):
     angles = random_directions(400)
-    mine, theirs = Reader(read_tables(database_file)).brdf(*angles), mitsuba_brdf(database_file, *angles)
+    mine, theirs = (
+        TensorReader(read_tables(database_file)).brdf(*angles),
+        mitsuba_brdf(database_file, *angles),
+    )
     assert np.abs(mine - theirs).sum() / np.abs(theirs).sum() < 1e-5
     np.testing.assert_allclose(mine, theirs, rtol=1e-3, atol=1e-6)
 
@@ -97,7 +100,7 @@ def test_anisotropic_files(tmp_path, folds):
     assert tables.folds == folds
     phi_i = np.random.default_rng(5).uniform(0.0, 360.0, 300)
     angles = random_directions(300, seed=4)
-    mine, theirs = Reader(tables).brdf(*angles, phi_i), mitsuba_brdf(path, *angles, phi_i)
+    mine, theirs = TensorReader(tables).brdf(*angles, phi_i), mitsuba_brdf(path, *angles, phi_i)
     np.testing.assert_allclose(mine, theirs, rtol=SINGLE)
 
 
@@ -125,7 +128,7 @@ def test_spectral_files_with_and_without_jacobian(tmp_path):
         write_tables(path, replace(tables, jacobian=jacobian))
         angles = random_directions(100, seed=6)
         theirs = mitsuba_brdf(path, *angles, 200.0, wavelength=WAVELENGTH)
-        np.testing.assert_allclose(Reader(read_tables(path)).brdf(*angles, 200.0), theirs, rtol=SINGLE)
+        np.testing.assert_allclose(TensorReader(read_tables(path)).brdf(*angles, 200.0), theirs, rtol=SINGLE)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +146,7 @@ def test_mitsuba_renders_within_the_tolerance(tmp_path, name, make):
     # 4,000 directions, not those of the search, tell a sum to some 5 % of itself.
     assert error.max() < 0.005 * 1.05
     assert made.accuracy.reached <= 0.005
-    mine = Reader(read_tables(path)).brdf(*angles)
+    mine = TensorReader(read_tables(path)).brdf(*angles)
     assert np.abs(mine - theirs).sum() / np.abs(theirs).sum() < 1e-5
 
 

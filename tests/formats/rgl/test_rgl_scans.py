@@ -8,7 +8,7 @@ import pytest
 from clbrdf import InputError, Scan
 from clbrdf.formats.rgl.format import FORMAT, scan_material, write
 from clbrdf.formats.rgl.tables import read_tables
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from tests.formats.rgl.materials import ggx, lambert, total
 
 SURFACE = total(ggx(0.25, 0.04), lambert(0.3))
@@ -64,7 +64,7 @@ def test_a_scan_becomes_a_file_and_a_scan_again(tmp_path):
     scan = scan_of(SURFACE)
     path = tmp_path / "s.bsdf"
     write(scan, path)
-    reader = Reader(read_tables(path))
+    reader = TensorReader(read_tables(path))
     inside = (scan.theta_r > 1.0) & (scan.theta_r < 84.0)
     value = reader.brdf(scan.theta_i[inside], scan.theta_r[inside], scan.phi[inside])
     # The default tolerance holds for sums over the hemisphere; here are only the corners of the triangles.

@@ -9,7 +9,7 @@ from clbrdf import InputError
 from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.tables import read_tables, size_of, to_fields, write_tables
 from clbrdf.formats.rgl.tensor_file import write_tensor_file
-from clbrdf.formats.rgl.values import Reader
+from clbrdf.formats.rgl.values import TensorReader
 from tests.formats.rgl.materials import coloured, lambert, spectral
 
 
@@ -108,7 +108,7 @@ def test_the_part_of_a_turn_has_to_be_one(tmp_path, tables):
 
 
 def test_angles_out_of_range(tables):
-    reader = Reader(tables)
+    reader = TensorReader(tables)
     with pytest.raises(InputError, match=r"theta_r\[0\] is 90°"):
         reader.brdf(10.0, 90.0, 0.0)
     with pytest.raises(InputError, match="do not belong together"):
@@ -117,6 +117,6 @@ def test_angles_out_of_range(tables):
 
 def test_blocks_give_the_same(tables, monkeypatch):
     angles = [np.linspace(1.0, top, 50) for top in (80.0, 85.0, 350.0)]
-    whole = Reader(tables).brdf(*angles)
+    whole = TensorReader(tables).brdf(*angles)
     monkeypatch.setattr("clbrdf.formats.rgl.values.BLOCK", 21)
-    np.testing.assert_array_equal(Reader(tables).brdf(*angles), whole)
+    np.testing.assert_array_equal(TensorReader(tables).brdf(*angles), whole)
