@@ -46,5 +46,4 @@ intersphinx_mapping: dict[str, tuple[str, None]] = {}
 
 html_theme = "furo"
 html_title = f"clbrdf {release}"
-html_static_path = ["_static"]
 html_show_sphinx = False
