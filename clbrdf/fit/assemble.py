@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
+from clbrdf.fit.correlated import correlated_chi2, has_common_errors
 from clbrdf.fit.gls import Precision
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.layout import Layout
@@ -104,11 +105,16 @@ def assemble(
             return np.asarray(mixed[np.searchsorted(fitted, places)])
         return model_values(scan, layout, estimate.vector[places], device)
 
+    tests = deviation_tests(scan, setup, estimate.at_bound, energy, values_of)
+    if has_common_errors(scan) and slit is None:
+        seen = layout.seen.take(np.argsort(layout.order))
+        chi2 = correlated_chi2(seen, scan, setup, estimate) / tests["degrees"]
+        tests["chi2_reduced"] = np.where(np.isfinite(chi2), chi2, tests["chi2_reduced"])
     found = Goodness(
         objective=energy,
         relative_rms=placed(rms, np.nan),
         relative_rms_by_incident_angle=placed(by_angle, np.nan).T.copy(),
-        **deviation_tests(scan, setup, estimate.at_bound, energy, values_of),
+        **tests,
     )
     return estimate, found, where
 

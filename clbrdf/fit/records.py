@@ -139,7 +139,8 @@ class Goodness(Record):
         wavelengths share counts as 1/W of one.
     chi2_reduced : (W,) float64
         Σ ((measured − model)/σ)² / ν with the scan's standard uncertainties, over the values that were
-        fitted; NaN unless all of them have one. It is the least possible only for weights "sigma".
+        fitted; NaN unless all of them have one. It is the least possible only for weights "sigma". Where
+        errors have something in common, as `clbrdf.fit.correlated` forms it.
     scatter : (W,) float64
         √(Σ g (measured − model)² / ν), which stands for the uncertainty of the values where the scan has
         none: a relative deviation for weights "relative", in 1/sr for weights "none", √(χ²/ν) for "sigma".

@@ -10,9 +10,11 @@ from scipy import stats
 
 import clbrdf
 from clbrdf import Scan
+from clbrdf.bench import coverage
 from clbrdf.fit.goodness import DOUBT
 from clbrdf.fit.tables import concise
 from clbrdf.fit.words import remarks_line
+from clbrdf.models import get_model
 
 NOISE = 0.02
 
@@ -143,3 +145,21 @@ def test_exact_data_are_no_misfit():
 )
 def test_values_with_their_uncertainty_in_the_last_digits(value, sigma, text):
     assert concise(value, sigma) == text
+
+
+@pytest.mark.parametrize(("model", "expected"), [("wang2013", 1.0), ("ggx+lambert", None)])
+def test_chi2_knows_what_errors_have_in_common(model, expected):
+    """A scale error of 3 % and errors of the incident angles hide neither noise nor a wrong model."""
+    truth = get_model("wang2013")
+    values = truth.vector(coverage.CASES["wang2013"][0])
+    columns = 400.0 + np.arange(60, dtype=np.float64)
+    scan = coverage.made_scan(truth, values, columns, np.random.default_rng(7), shared=False)
+    fit = clbrdf.fit(scan, model=model, weights="sigma")
+    if expected is None:
+        assert fit.chi2_reduced.min() > 10.0
+        assert fit.misfit.all()
+    else:
+        # χ²/ν scatters by √(2/ν); its mean over the columns by √(2/ν W). Six of these.
+        spread = np.sqrt(2.0 / fit.goodness.degrees.mean() / len(columns))
+        assert fit.chi2_reduced.mean() == pytest.approx(expected, abs=6.0 * spread)
+        assert not fit.misfit.any()
