@@ -43,7 +43,8 @@ def correlated_chi2(seen: ForwardModel, scan: Scan, setup: Setup, estimate: Esti
     random, out = scan.random_sigma, np.full(w, np.nan)
     assert random is not None
     used = setup.weights > 0.0
-    places = setup.fitted[((random > 0.0) | ~used).all(axis=0)[setup.fitted]]
+    told = np.all((random > 0.0) | ~used, axis=0)
+    places = setup.fitted[np.asarray(told)[setup.fitted]]
     size = max(1, CHUNK_BYTES // (8 * n * (len(known) + 1 + columns)))
     for first in range(0, len(places), size):
         some = places[first : first + size]
