@@ -196,7 +196,7 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Text
     for name in ("sigma", "common"):
         if name in columns:
             sigma = put(name, name, empty=True)
-            check(name, (sigma < 0.0) | np.isinf(sigma), "is no standard uncertainty")
+            check(name, (sigma < 0.0) | np.isinf(sigma), "cannot be a standard uncertainty; give 0 or more")
     rows.lines.append(np.array(block.lines, dtype=np.float64))
     samples = block.cells[columns["sample"].place] if "sample" in columns else ("",) * n
     numbers = [

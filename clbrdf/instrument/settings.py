@@ -44,7 +44,7 @@ class Instrument(TomlTable):
     @classmethod
     def _check_form(cls, value: Any) -> Any:
         if not (value is None or isinstance(value, Mapping | TomlTable)):
-            raise ValueError(f"{value!r} says nothing; give true, or a table of its settings")
+            raise ValueError(f"{value!r} does not switch an effect on; give true, or a table of its settings")
         return value
 
     def on(self) -> tuple[str, ...]:

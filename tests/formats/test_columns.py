@@ -128,7 +128,7 @@ def test_samples_are_chosen_by_name(tmp_path):
         ),
         (
             [HEADER, ROW.replace("0.1", "-0.1")],
-            "line 2, column fr_std_per_sr: -0.1 is no standard uncertainty",
+            "line 2, column fr_std_per_sr: -0.1 cannot be a standard uncertainty; give 0 or more",
         ),
         ([HEADER, *(f"foil,550,30,{k},180,1,,why{k}" for k in range(28))], "28 different flags; at most 27"),
     ],
