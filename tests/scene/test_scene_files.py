@@ -90,7 +90,7 @@ def test_curves(value, expected):
         (("step = 100", ""), "a range has the keys start, stop and step"),
         (("[wavelength]", "[effects]\napertur = true\n[wavelength]"), "unknown key effects.apertur; did you"),
         (("[wavelength]", "[effects]\nglare = true\n[wavelength]"), "unknown key effects.glare; known here"),
-        (("[wavelength]", "[effects]\naperture = 2\n[wavelength]"), "2 does not switch an effect on; give true"),
+        (("[wavelength]", "[effects]\naperture = 2\n[wavelength]"), "2 does not switch an effect on; give"),
         (("[wavelength]", "[effects]\naperture = { angle = -1 }\n[wavelength]"), "angle = -1: should be"),
         (("[wavelength]", "[effects]\nreader = { each = 'page' }\n[wavelength]"), "'value', 'direction' or"),
         (("[wavelength]", "[detector]\nbias = 2e4\n[wavelength]"), "leaves no room below full_scale"),
