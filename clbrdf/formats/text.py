@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError, advice
+from clbrdf.errors import InputError
 
 Array = npt.NDArray[np.float64]
 S = TypeVar("S", bound=Sized)
@@ -75,8 +75,7 @@ def decoded(path: Path, raw: bytes) -> str:
         control = CONTROL.search(raw)
         if control:
             raise InputError(
-                f"{path}: not a text file (byte {control.start()} is {control.group()[0]});"
-                f" name its format with {advice('format_name', '--format')} if it is a binary one"
+                f"{path}: not a text file (byte {control.start()} is {control.group()[0]}), and one is wanted here"
             )
         encoding = "utf-8"
     try:

@@ -271,7 +271,7 @@ class TestMistakesOfNewUsers:
         assert_one_line(run(*fit, "--method", "anneal", "--chains", 0), "chains is 0")
         assert_one_line(run(*fit, "--seed", "1.5"), "1.5")
         assert_one_line(run(*fit, "--rtol", "inf"), "rtol is inf; give 1e-09 to 1")
-        assert_one_line(run(*fit, "--weights", scan_file), "scan.h5: cannot be read as text")
+        assert_one_line(run(*fit, "--weights", scan_file), "scan.h5: not a text file (byte 6 is 26)")
         assert_one_line(run(*fit, "--bounds", "a=1:2", "--bounds", "a=2:3"), "a is given twice")
         angles = ("evaluate", "--theta-i", "30", "--theta-r", "30")
         assert_one_line(run(*angles, "--param", "ks=-1"), "parameter ks is -1; it has to be at least 0")
@@ -352,22 +352,22 @@ class TestMachine:
         )
         assert ended.stderr == ""
 
-    def test_import_is_quick_and_light(self):
-        code = (
-            "import sys, time; start = time.perf_counter(); import clbrdf;"
-            "print(time.perf_counter() - start);"
-            "print([m for m in ('vtkmodules', 'pyvista', 'pyopencl', 'nlopt', 'h5py', 'serial', 'matplotlib')"
-            " if m in sys.modules])"
+    def test_import_is_light(self):
+        """What loads slowly loads when it is used: pydantic, SciPy, OpenCL, HDF5, VTK, Matplotlib."""
+        heavy = (
+            "vtkmodules",
+            "pyvista",
+            "pyopencl",
+            "nlopt",
+            "h5py",
+            "serial",
+            "matplotlib",
+            "pydantic",
+            "scipy",
         )
-        runs = [
-            subprocess.run(
-                [sys.executable, "-c", code], capture_output=True, text=True, check=True
-            ).stdout.split("\n")
-            for _ in range(3)
-        ]
-        # Quick enough for a shell and a notebook; the best of three, because machines are shared.
-        assert min(float(seconds) for seconds, *_ in runs) < 0.5
-        assert all(loaded == "[]" for _, loaded, *_ in runs)
+        code = f"import sys, clbrdf; print([m for m in {heavy} if m in sys.modules])"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "[]"
 
 
 def test_devices(run):
