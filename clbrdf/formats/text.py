@@ -75,7 +75,7 @@ def decoded(path: Path, raw: bytes) -> str:
         control = CONTROL.search(raw)
         if control:
             raise InputError(
-                f"{path}: not a text file (byte {control.start()} is {control.group()[0]}), and one is wanted here"
+                f"{path}: not a text file (byte {control.start()} is {control.group()[0]}); a text is wanted"
             )
         encoding = "utf-8"
     try:
