@@ -92,6 +92,7 @@ def test_fast_is_fast_4_and_unknown_names_are_refused():
         get_precision("half")
 
 
+@pytest.mark.soak
 def test_sums_over_ten_million_points(device):
     """A constant deviation of 2 % of constant data: E is 4e-4 whatever the number of points."""
     from clbrdf.fit.polish import polish

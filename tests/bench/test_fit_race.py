@@ -42,7 +42,7 @@ def test_peers_fit_wavelengths_spread_over_the_scan():
 
 def test_the_command_prints_and_writes(monkeypatch, tmp_path, capsys):
     small = RacePlan(sizes=(2, 4), slow_sizes=(2,), incident=(3,), peers=(("least-squares", (40, 80)),))
-    monkeypatch.setattr(command, "Plan", lambda: small)
+    monkeypatch.setattr(command, "RacePlan", lambda: small)
     monkeypatch.setattr(fit_race, "SLOW", ("tempering",))
     monkeypatch.setenv("COLUMNS", "100")
     assert main(["bench", "fit", "--json", str(tmp_path / "f.json")]) == 0

@@ -20,10 +20,12 @@ def load(name):
 
 
 examples = load("examples")
-PAGES = [p for p in sorted((ROOT / "docs").glob("*.md")) if examples.BLOCK.search(p.read_text("utf-8"))]
+FOUND = [p for p in sorted((ROOT / "docs").glob("*.md")) if examples.BLOCK.search(p.read_text("utf-8"))]
+# Of these the tutorial runs whole searches: a minute and more where no kernel is built yet.
+PAGES = [pytest.param(p, marks=[pytest.mark.soak] if p.stem == "tutorial" else []) for p in FOUND]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in FOUND])
 def test_examples_print_what_the_page_says(page, tmp_path):
     if FETCHED.name in page.read_text("utf-8"):
         if not FETCHED.exists():

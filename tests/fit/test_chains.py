@@ -91,7 +91,7 @@ def test_every_method_ends_at_the_optimum_and_twice_the_same(small_scan, method)
     # The polish ends at rounding; 1e-9 tells another optimum.
     np.testing.assert_allclose(one.objective, best, rtol=1e-9)
     assert (one.vector == two.vector).all()
-    assert one.method == method
+    assert one.setup.method == method
 
 
 def test_settings_are_checked():

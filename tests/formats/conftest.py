@@ -4,6 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from clbrdf.errors import ON_COMMAND_LINE
+
+
+@pytest.fixture(autouse=True)
+def on_command_line():
+    """Messages name options, as whoever imports files sees them."""
+    before = ON_COMMAND_LINE.set(True)
+    yield
+    ON_COMMAND_LINE.reset(before)
+
 
 @pytest.fixture
 def text(tmp_path):

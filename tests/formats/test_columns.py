@@ -89,7 +89,7 @@ def test_one_wavelength_a_file(tmp_path):
 
 def test_samples_are_chosen_by_name(tmp_path):
     path = write(tmp_path, HEADER, ROW, ROW.replace("foil", "tile"))
-    with pytest.raises(InputError, match="holds 2 samples; choose one with sample: 'foil', 'tile'"):
+    with pytest.raises(InputError, match="holds 2 samples; choose one with --sample: 'foil', 'tile'"):
         load_one([path])
     with pytest.raises(InputError, match="no sample is called 'wood'; there are 'foil', 'tile'"):
         load_one([path], "wood")
@@ -110,8 +110,11 @@ def test_samples_are_chosen_by_name(tmp_path):
             [HEADER.replace("_nm", "_furlong"), ROW],
             "'wavelength_furlong' has the unit 'furlong'; known are nm, angstrom, um, mm, m",
         ),
-        ([HEADER.replace("_nm", ""), ROW.replace("550", "55")], "55 to 55 may be in nm or in µm; .* length="),
-        ([HEADER.replace("_per_sr", ""), ROW], "nothing says what scale values have .* scale=.1. or"),
+        (
+            [HEADER.replace("_nm", ""), ROW.replace("550", "55")],
+            "55 to 55 may be in nm or in µm; .* --unit nm",
+        ),
+        ([HEADER.replace("_per_sr", ""), ROW], "nothing says what scale values have .* --scale 1 or"),
         ([HEADER.replace("fr_per_sr", "fr_percent"), ROW], "'fr_percent' has the unit 'percent'"),
         ([HEADER + ",brdf_per_sr", ROW + ",1"], "'fr_per_sr' and 'brdf_per_sr' both give brdf"),
         ([HEADER, "foil,550,30,20,180,1.5,0.1"], "line 2: 7 cells, and the first line names 8 columns"),

@@ -219,7 +219,7 @@ def test_the_format_follows_from_the_ending(tmp_path):
     expected = {".csv": "columns", ".wide.csv": "wide", ".ssdd": "ssdd", ".json": "bird", ".binary": "merl"}
     for ending, name in expected.items():
         assert format_for_writing(tmp_path / f"a{ending}").name == name
-    with pytest.raises(InputError, match="no format writes files of this ending; name one with format_name"):
+    with pytest.raises(InputError, match="no format writes files of this ending; name one with --format"):
         format_for_writing(tmp_path / "a.xyz")
     with pytest.raises(InputError, match="speos files are only read"):
         format_for_writing(tmp_path / "a.brdf", "speos")

@@ -34,6 +34,9 @@ WAVELENGTH = 550.0
 
 POINTS = 10_000
 POINTS_OF_SUMS = 2_000
+QUICK = 4
+"""One of so many points is looked at in `make test`, hard cases all: references of 150 digits take time."""
+
 SLOPES = 100
 """Points at which derivatives are compared; every one costs two references a parameter."""
 
@@ -42,8 +45,8 @@ BOUND = 1e-11
 
 
 @cache
-def points(name):
-    """Parameters (K, P), angles (K, 4), and exact values of a model over its domain, hard cases first."""
+def points(name, share=1):
+    """Parameters (K, P) and angles (K, 4) of a model over its domain, hard cases first."""
     model = get_model(name)
     rows = [
         Row(
@@ -55,7 +58,7 @@ def points(name):
         for p in model.parameters
         if p.given != "wavelength"
     ]
-    found = domain_points(rows, POINTS if name in SINGLE else POINTS_OF_SUMS, seed=1)
+    found = domain_points(rows, (POINTS if name in SINGLE else POINTS_OF_SUMS) // share, seed=1)
     parameters = np.array([[p.get(row.symbol, WAVELENGTH) for row in model.parameters] for p, _ in found])
     angles = np.array([angles for _, angles in found])
     # Records keep azimuths in [0, 360): what a negative one loses by that is no error of the model.
@@ -110,11 +113,27 @@ def size_of(model, parameters, angles, value):
     return np.maximum(np.abs(value), np.abs(parameters[:, list(model.linear)]).sum(axis=1) / np.pi)
 
 
-@pytest.fixture(scope="module", params=MODELS)
+@pytest.fixture(
+    scope="module",
+    params=[
+        *((name, QUICK) for name in MODELS),
+        *(pytest.param((name, 1), marks=pytest.mark.soak) for name in MODELS),
+    ],
+    ids=lambda param: param[0] if param[1] == QUICK else f"{param[0]}-all",
+)
 def case(request):
-    parameters, angles = points(request.param)
-    values = np.array([exact(request.param, p, a) for p, a in zip(parameters, angles, strict=True)])
-    return request.param, parameters, angles, values
+    name, share = request.param
+    parameters, angles = points(name, share)
+    values = np.array([exact(name, p, a) for p, a in zip(parameters, angles, strict=True)])
+    return name, parameters, angles, values
+
+
+def like_air(model, parameters):
+    """Where a metal's n is near 1 and k near 0: it reflects (n − 1)²/4, of which fp32 holds few digits."""
+    if not {"n", "k"} <= set(model.names):
+        return np.zeros(len(parameters), dtype=bool)
+    n, k = (parameters[:, model.names.index(name)] for name in ("n", "k"))
+    return np.hypot(n - 1.0, k) < 0.05
 
 
 def test_values_over_the_domain(case, device):
@@ -126,10 +145,11 @@ def test_values_over_the_domain(case, device):
     shown = size > 1e-30
     assert np.max(np.abs(ours - values)[shown] / size[shown]) <= BOUND
     assert (np.abs(ours[~shown]) < 1e-29).all()
+    few = shown & (np.arange(len(values)) < 2000) & ~like_air(model, parameters)
     for precision in ("fast:3", "fast:4", "fast:5", "fast:6", "single"):
         arithmetic = get_precision(precision)
-        quick = on_device(model, parameters[:2000], angles[:2000], arithmetic, device)
-        error = np.abs(quick - values[:2000])[shown[:2000]] / size[:2000][shown[:2000]]
+        quick = on_device(model, parameters[few], angles[few], arithmetic, device)
+        error = np.abs(quick - values[few]) / size[few]
         assert error.max() <= arithmetic.bound, precision
 
 
