@@ -178,8 +178,9 @@ def command(
         through=None if through is None else through.name,
         point=point,
         monte_carlo=monte_carlo,
+        gls=gls,
+        profile=profile,
     )
-    options["profile"] = profile or None
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
     hashes |= {} if through is None else {"through_sha256": sha256(through)}
     made = made_by("fit", [scan], options, {**hashes, **result.provenance, "weights": weights})
@@ -201,7 +202,7 @@ def _settings(method: str, chains: int | None, levels: int | None) -> AnnealSett
     Raises
     ------
     InputError
-        AnnealSettings of annealing for a method that does not anneal.
+        Settings of annealing for a method that does not anneal.
     """
     if chains is None and levels is None:
         return None

@@ -54,6 +54,8 @@ def fit_options(
     through: str | None = None,
     point: bool = False,
     monte_carlo: int | None = None,
+    gls: bool = False,
+    profile: bool = False,
 ) -> dict[str, object]:
     """Return the options of `clbrdf fit` in the order in which a fit file names them."""
     options = {"method": method, "seed": seed, "weights": weights, "bounds": list(bounds), "model": model}
@@ -63,8 +65,10 @@ def fit_options(
         "smooth": smooth,
         "rtol": rtol,
         "through": through,
-        "point": "yes" if point else None,
+        "point": point or None,
         "monte-carlo": monte_carlo,
+        "gls": gls or None,
+        "profile": profile or None,
     }
 
 
@@ -86,7 +90,7 @@ def choose_options(
         "wavelengths": wavelengths,
         "method": method,
         "seed": seed,
-        "force": "yes" if force else None,
+        "force": force or None,
         "through": through,
-        "point": "yes" if point else None,
+        "point": point or None,
     }
