@@ -30,12 +30,15 @@ def dielectric(g: Geometry, n: Expression) -> Expression:
 
 
 def conductor(g: Geometry, n: Expression, k: Expression) -> Expression:
-    """Reflectance of a conductor of index n + ik."""
+    """Reflectance of a conductor of index η = n + ik.
+
+    With r = √(η² − sin²θd) the difference r − c is (η² − 1) / (r + c), which keeps its digits where η is
+    near 1.
+    """
     c, c2, s2 = g.cos_d, g.cos2_d, g.sin2_d
-    a, b = complex_root(n**2 - k**2 - s2, 2.0 * n * k)
-    squares = a**2 + b**2
-    twice = 2.0 * a * c
-    R_s = (squares + c2 - twice) / (squares + c2 + twice)
+    a, b = complex_root(c2 + (n - 1.0) * (n + 1.0) - k**2, 2.0 * n * k)
+    total = (a + c) ** 2 + b**2
+    R_s = ((n - 1.0) ** 2 + k**2) * ((n + 1.0) ** 2 + k**2) / (total**2 + TINY)
     ac, bc2 = a * c, b**2 * c2
     R_p = R_s * ((ac - s2) ** 2 + bc2) / ((ac + s2) ** 2 + bc2)
     return 0.5 * (R_s + R_p)

@@ -32,6 +32,7 @@ SCRIPTS = (
     "save.js",
     "map.js",
     "raster.js",
+    "drag.js",
     "lobe.js",
     "cut.js",
     "spectrum.js",

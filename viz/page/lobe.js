@@ -6,34 +6,11 @@ const TALL = 0.82;
 const MOST_DOTS = 400;
 
 function makeLobe(panel, act) {
-  const canvas = document.createElement("canvas");
-  canvas.tabIndex = 0;
-  canvas.className = "lobe";
-  canvas.dataset.title = "lobe";
-  canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-label", "lobe in three dimensions; drag or arrow keys turn it, + and - change its size");
-  panel.figure.append(canvas);
-  let last = null;
-  canvas.addEventListener("pointerdown", (event) => {
-    last = [event.clientX, event.clientY];
-    canvas.setPointerCapture(event.pointerId);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    if (!last) return;
-    act.turn((event.clientX - last[0]) * 0.5, (event.clientY - last[1]) * 0.5);
-    last = [event.clientX, event.clientY];
-  });
-  for (const name of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(name, () => {
-      last = null;
-      act.rest();
-    });
-  }
+  const label = "lobe in three dimensions; drag or arrow keys turn it, + and - change its size";
+  const canvas = draggedCanvas(panel, "lobe", label, act.turn, act.rest);
   canvas.addEventListener("keydown", (event) => {
-    const moves = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, -5], ArrowDown: [0, 5] };
-    if (event.key in moves) act.turn(...moves[event.key]);
-    else if (event.key === "+" || event.key === "-") act.zoom(event.key === "+" ? 1.25 : 0.8);
-    else return;
+    if (event.key !== "+" && event.key !== "-") return;
+    act.zoom(event.key === "+" ? 1.25 : 0.8);
     event.preventDefault();
   });
   // A touchpad's pinch arrives as a wheel with Ctrl; without it the wheel scrolls the page.

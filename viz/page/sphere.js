@@ -6,30 +6,8 @@ const SPHERE_PIXELS = 260;
 const STEEPEST = 88.5;
 
 function makeSphere(panel, act) {
-  const canvas = document.createElement("canvas");
-  canvas.tabIndex = 0;
-  canvas.className = "sphere";
-  canvas.dataset.title = "sphere";
-  canvas.setAttribute("role", "application");
-  canvas.setAttribute("aria-label", "sphere of the material; drag or arrow keys move the light");
-  panel.figure.append(canvas);
-  let last = null;
-  canvas.addEventListener("pointerdown", (event) => {
-    last = [event.clientX, event.clientY];
-    canvas.setPointerCapture(event.pointerId);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    if (!last) return;
-    act.light((event.clientX - last[0]) * 0.5, (last[1] - event.clientY) * 0.5);
-    last = [event.clientX, event.clientY];
-  });
-  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => (last = null));
-  canvas.addEventListener("keydown", (event) => {
-    const moves = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] };
-    if (!(event.key in moves)) return;
-    act.light(...moves[event.key]);
-    event.preventDefault();
-  });
+  const label = "sphere of the material; drag or arrow keys move the light";
+  const canvas = draggedCanvas(panel, "sphere", label, (right, down) => act.light(right, -down));
   const cache = { key: "" };
   return { draw: (view) => view.waits || drawSphere(panel, canvas, view, cache) };
 }
