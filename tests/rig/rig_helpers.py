@@ -5,7 +5,9 @@ from __future__ import annotations
 from contextlib import contextmanager
 from pathlib import Path
 
+from clbrdf.rig import drivers
 from clbrdf.rig.budget import Budget, PointSources
+from clbrdf.rig.connection import Context
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.instruments import make_instruments
@@ -149,3 +151,21 @@ def emulation(folder: Path, **options):
     rig = load_rig(path)
     with EmulatedRig(rig) as emulated:
         yield path, rig, emulated
+
+
+def context(name="spectrometer", answers=()):
+    replies = iter(answers)
+    return Context(name, EventLog(), lambda question: next(replies, ""))
+
+
+def settings(driver, role, **keys):
+    return drivers.connection_of(role, drivers.get_driver(role, driver)).model_validate(keys)
+
+
+def with_spectrometer(folder, text):
+    """The test rig with another section for the spectrometer."""
+    path = write_rig(folder)
+    rest = path.read_text()
+    start, end = rest.index("[spectrometer]"), rest.index("[reference]")
+    path.write_text(rest[:start] + text + rest[end:])
+    return path
