@@ -58,9 +58,17 @@ def local_cluster(workers: int | None) -> Iterator[Client]:
         "distributed.worker.profile.enabled": False,
         "distributed.admin.log-format": "%(message)s",
     }
+    made: list[LocalCluster] = []
+
+    def end() -> None:
+        for each in made:
+            for nanny in list(each.workers.values()):
+                nanny.auto_restart = False  # else it starts a worker anew that this process does not outlive
+        _kill_children()
+
     with ExitStack() as stack:
         folder = stack.enter_context(scratch_folder("clbrdf-dask-"))
-        stack.enter_context(undone_at_end(_kill_children))
+        stack.enter_context(undone_at_end(end))
         stack.enter_context(dask.config.set(settings))
         start_tracker()
         # What starts in here does not hear Ctrl-C; its own threads start the workers, later ones, too.
@@ -74,11 +82,12 @@ def local_cluster(workers: int | None) -> Iterator[Client]:
                 silence_logs=logging.CRITICAL + 1,
                 host="127.0.0.1",
             )
+            made.append(cluster)
             client = Client(cluster)
         try:
             yield client
         except BaseException:
-            _kill_children()
+            end()
             raise
         finally:
             with suppress(Exception):

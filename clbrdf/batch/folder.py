@@ -18,6 +18,7 @@ from clbrdf.batch.request import Request
 from clbrdf.batch.rows import LAST, ROWS, rows_path, write_rows
 from clbrdf.batch.tasks import MARKER, Done, Source
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import undone_at_end
 from clbrdf.storage.files import whole_file, whole_text
 
 if TYPE_CHECKING:
@@ -133,10 +134,12 @@ def open_catalogue(folder: Path, request: Request, resume: bool) -> Iterator[Cat
                 whole_text(marker, content)
             catalogue = Catalogue(folder, request)
             catalogue.clear()
-            try:
-                yield catalogue
-            finally:
-                catalogue.clear()
+            # Local workers, which begin later, have ended by the time that a signal clears the folder.
+            with undone_at_end(catalogue.clear):
+                try:
+                    yield catalogue
+                finally:
+                    catalogue.clear()
     except OSError as error:
         if isinstance(error, InputError):
             raise
