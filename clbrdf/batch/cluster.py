@@ -63,7 +63,8 @@ def local_cluster(workers: int | None) -> Iterator[Client]:
     def end() -> None:
         for each in made:
             for nanny in list(each.workers.values()):
-                nanny.auto_restart = False  # else it starts a worker anew that this process does not outlive
+                with suppress(Exception):  # else it starts a worker anew that this process does not outlive
+                    nanny.close_gracefully()
         _kill_children()
 
     with ExitStack() as stack:
