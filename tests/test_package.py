@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tomllib
@@ -97,3 +98,26 @@ def test_sample_scans_pass_through_table_1_with_the_papers_noise(material):
 def test_files_are_short():
     for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py"), *ROOT.glob("kernels/**/*.cl")]:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, path
+
+
+def test_the_map_names_what_is_there():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    top = ("clbrdf", "kernels", "viz", "scans", "docs", "tests", ".ci")
+    there = [path.relative_to(ROOT).as_posix() for name in top for path in (ROOT / name).rglob("*")]
+    there += [path.name for path in ROOT.iterdir()]
+    named = re.findall(r"`([\w.]*[\w./-]*(?:\.(?:py|cl|js|css|html)|/))`", text)
+    assert len(named) > 200
+    lost = [name for name in named if not any(f"/{name.rstrip('/')}/" in f"/{path}/" for path in there)]
+    assert not lost
+    # Folders of tests/ mirror the others.
+    rooms = {path.parent for name in top[:4] for path in (ROOT / name).rglob("*.py")} - {ROOT / "clbrdf"}
+    assert not [room for room in rooms if not re.search(rf"`[\w/]*{room.name}/", text)]
+
+
+def test_decisions_that_are_named_are_there():
+    there = {path.name[:4] for path in (ROOT / "docs" / "decisions").glob("0*.md")}
+    map_text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\b0\d{3}\b", map_text)) <= there
+    for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py"), *ROOT.glob("docs/**/*.md")]:
+        named = re.findall(r"(?:decisions?[ /]|record |\()(0\d{3})\b", path.read_text(encoding="utf-8"))
+        assert set(named) <= there, path
