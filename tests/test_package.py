@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
@@ -121,3 +122,26 @@ def test_decisions_that_are_named_are_there():
     for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py"), *ROOT.glob("docs/**/*.md")]:
         named = re.findall(r"(?:decisions?[ /]|record |\()(0\d{3})\b", path.read_text(encoding="utf-8"))
         assert set(named) <= there, path
+
+
+ON_COMMAND_LINE_ALONE = ("clbrdf/cli/", "clbrdf/batch/", "clbrdf/formats/stated.py")
+"""Where only whoever gives a command is told: commands, what reads their options, and batches."""
+
+
+def test_errors_name_options_to_those_who_give_commands_alone():
+    for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py")]:
+        place = path.relative_to(ROOT).as_posix()
+        if place.startswith(ON_COMMAND_LINE_ALONE):
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        raised = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+        chosen = {
+            id(part)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("advice", "settled")
+            for part in ast.walk(node)
+        }
+        for node in raised:
+            for part in ast.walk(node):
+                if isinstance(part, ast.Constant) and isinstance(part.value, str) and id(part) not in chosen:
+                    assert not re.search(r"(^|[ (])--[a-z]", part.value), f"{place}, line {part.lineno}"

@@ -164,7 +164,7 @@ class Picture:
             for request in requests:
                 if request.minus is not None:
                     raise InputError("a difference has no spectral colour; colour it by value")
-                check_spectrum(request.subject.wavelength)
+                check_spectrum(request.subject.wavelength, "colour by value instead")
 
     def _lay_background(self) -> None:
         """Put a white renderer under everything: panels do not cover the window."""

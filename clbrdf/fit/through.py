@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit.normal_equations import CHUNK_BYTES
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.slit import slit_matrix
@@ -156,8 +156,8 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -
     if instrument.bandwidth is not None:
         if not smooth:
             raise InputError(
-                f"{source}: bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01), or leave"
-                " bandwidth out"
+                f"{source}: bandwidth ties neighbouring wavelengths; add"
+                f" {advice('smooth=0.01', '--smooth 0.01')}, or leave bandwidth out"
             )
         slit_matrix(instrument.bandwidth, scan.wavelength)
     check_horizon(instrument, angle, scan.directions, source)

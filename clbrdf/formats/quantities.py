@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clbrdf.errors import InputError, shortened
+from clbrdf.errors import InputError, advice, shortened
 from clbrdf.storage import units
 
 
@@ -104,20 +104,20 @@ def renamed(path: Path, headings: Sequence[str], names: Mapping[str, str]) -> li
     """
     out = [heading.strip() for heading in headings]
     for column, name in names.items():
+        given = advice(f"names={{{column!r}: {name!r}}}", f"--map {column}={name}")
         places = [k for k, heading in enumerate(headings) if heading.strip().strip('"') == column]
         places = places or [k for k, heading in enumerate(headings) if plain(heading) == plain(column)]
         if len(places) != 1:
             said = "is not there" if not places else f"stands {len(places)} times"
             raise InputError(
-                f"{path}: --map {column}={name}: column {column!r} {said}; the columns are"
-                f" {shortened(', '.join(out), 400)}"
+                f"{path}: {given}: column {column!r} {said}; the columns are {shortened(', '.join(out), 400)}"
             )
         text = plain(name)
         stems = [stem for quantity in LONG.values() for stem in quantity.names]
         if not any(text == stem or text.startswith(f"{stem}_") for stem in stems):
             known = ", ".join(quantity.names[0] for quantity in LONG.values())
             raise InputError(
-                f"{path}: --map {column}={name}: {name!r} is no name of a column; there are {known}, with a"
+                f"{path}: {given}: {name!r} is no name of a column; there are {known}, with a"
                 " unit at the end as in theta_i_deg"
             )
         out[places[0]] = name

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.colour import DEFAULT_ILLUMINANT, get_illuminant, rgb_weights
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit import Fit
 from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.material import Material, Places
@@ -160,13 +160,8 @@ def in_colour(source: MaterialSource, illuminant: str = DEFAULT_ILLUMINANT) -> M
         remarks = (*remarks, f"one wavelength: {shown}")
         weights = np.ones((3, 1))
     else:
-        try:
-            weights = rgb_weights(material.wavelength, illuminant)
-        except InputError as error:
-            if "colour by value" not in str(error):
-                raise
-            text = str(error).replace("colour by value instead", "give three of them as --false-colour R,G,B")
-            raise InputError(text) from error
+        mend = advice("take three of them with in_false_colour", "give three of them as --false-colour R,G,B")
+        weights = rgb_weights(material.wavelength, illuminant, mend)
     every = material.every_band
 
     def brdf(theta_i: Array, theta_r: Array, phi: Array, bands: Places) -> Array:

@@ -24,6 +24,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.errors import advice
 from clbrdf.rig.errors import UnmendedError
 
 Array = npt.NDArray[np.float64]
@@ -222,7 +223,7 @@ def find_peak(
 def _nothing(what: str, reach: float) -> str:
     return (
         f"{what}: no peak stands out within {reach:g}°; put in a glossy sample or a mirror, look farther"
-        " (--reach) or more finely (--step)"
+        f" ({advice('reach', '--reach')}) or more finely ({advice('step', '--step')})"
     )
 
 

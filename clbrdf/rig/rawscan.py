@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
+from clbrdf.rig.errors import go_on
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig, read_rig
 from clbrdf.rig.row import KINDS, POINT, ROW_FLAGS, columns, row_items
@@ -83,7 +84,7 @@ class RawScan:
         rows = np.nonzero(self.rows["kind"] == POINT)[0]
         numbers, first = np.unique(self.rows["point"][rows], return_index=True)
         if not len(numbers):
-            raise InputError("no point is measured; go on with --resume")
+            raise InputError(f"no point is measured; {go_on()}")
         return np.asarray(rows[first], dtype=np.intp)
 
     @property

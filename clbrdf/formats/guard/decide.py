@@ -113,7 +113,7 @@ def _origin(path: str, reading: Reading, options: Options) -> tuple[Reading, lis
     stated = reading.stated
     origin, why = stated.origin, "the format says so"
     if options.origin is not None:
-        origin, why = options.origin, "--origin"
+        origin, why = options.origin, advice("origin", "--origin")
     elif "origin" not in stated.sure:
         found = evidence.peaks(_sample(reading))
         shifted = evidence.reach(reading.theta_i, reading.theta_r)
@@ -161,9 +161,10 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
     """Return φr − φi of the forward half-plane in the file."""
     stated = reading.stated
     found = evidence.peaks(sample)
+    turn = advice("forward", "--phi-forward")
     if options.forward is not None:
         return options.forward, [
-            Decision("forward", f"forward is φ = {options.forward:g}°", f"--phi-forward; {found.words}")
+            Decision("forward", f"forward is φ = {options.forward:g}°", f"{turn}; {found.words}")
         ]
     seen = float(found.at) if found.at in ("0", "180") else None
     if stated.forward is None:
@@ -188,9 +189,7 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
     brighter = found.ratio if stated.forward == 180.0 else 1.0 / found.ratio
     if brighter < 1.0 / CLEAR_RATIO and (seen is None or seen != stated.forward):
         decisions.append(
-            Decision(
-                "check", f"{1.0 / brighter:.2g} times brighter towards the source", "--phi-forward turns it"
-            )
+            Decision("check", f"{1.0 / brighter:.2g} times brighter towards the source", f"{turn} turns it")
         )
     return stated.forward, decisions
 
@@ -205,7 +204,7 @@ def _cosine(
         return "values are divided by cosθr" if included else "values are without cosine"
 
     if options.cosine is not None:
-        return options.cosine, [Decision("cosine", words(options.cosine), "--cosine")]
+        return options.cosine, [Decision("cosine", words(options.cosine), advice("cosine", "--cosine"))]
     found = evidence.cosine(sample, forward)
     decisions = []
     if np.isfinite(found.spread) and found.spread > 0.3:
@@ -241,7 +240,7 @@ def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tup
     if options.scale is not None:
         factor = SCALES[options.scale]
         return factor, [
-            Decision("scale", _words(options.scale), "--scale"),
+            Decision("scale", _words(options.scale), advice("scale", "--scale")),
             *_totals(reading, totals, factor),
         ]
     fits = [name for name in ("1", "pi", "percent", "pi-percent") if low * SCALES[name] <= MOST]
