@@ -66,7 +66,8 @@ def rows(pixels: int) -> list[Row]:
     axes, out = np.zeros(3), []
     for k, kind in enumerate((DARK, DIRECT, POINT, POINT, POINT)):
         nominal = np.array([30.0, 0.0, 10.0 * k, 180.0]) if kind == POINT else np.full(4, np.nan)
-        point, dark, direct = (k - 2, 0, 1) if kind == POINT else (-1, 0, -1)
+        point, direct = (k - 2, 1) if kind == POINT else (-1, -1)
+        dark = -1 if kind == DARK else 0
         time = f"2026-11-25T10:00:0{k}.000+00:00"
         out.append(
             Row(kind, point, time, axes, 1e-3, 0.01, dark, direct, 0, counts * (1 + k), nominal, 1, 20.0, -1)

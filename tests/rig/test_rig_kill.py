@@ -160,7 +160,9 @@ def test_resume_with_another_plan_or_rig(tmp_path, what, before, after):
     out = interrupted(tmp_path)
     path = tmp_path / f"{what}.toml"
     path.write_text(path.read_text().replace(before, after))
-    with pytest.raises(InputError, match=f"was begun with another {what} file; go on with resume=True and that one"):
+    with pytest.raises(
+        InputError, match=f"was begun with another {what} file; go on with resume=True and that one"
+    ):
         measure(tmp_path / "plan.toml", tmp_path / "rig.toml", out, resume=True)
 
 
