@@ -14,7 +14,7 @@ from clbrdf.errors import InputError, advice, settled
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file
 from clbrdf.viz.picture import Picture
-from clbrdf.viz.radius import joined
+from clbrdf.viz.radius import common_scale
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]
@@ -113,7 +113,7 @@ def hold_over(picture: Picture, sweep: Sweep, stops: Sequence[float]) -> None:
         scales.append(picture.scale)
         paints.append(picture.paint)
     low, high = min(p.low for p in paints), max(p.high for p in paints)
-    picture.hold(joined(scales), replace(paints[0], low=low, high=high))
+    picture.hold(common_scale(scales), replace(paints[0], low=low, high=high))
 
 
 def go(picture: Picture, sweep: Sweep, stop: float) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.fit.batch import batch_objective
+from clbrdf.fit.objectives import batch_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.seen import POINTS, library_of, upload_seen
 from clbrdf.opencl.device import open_queue

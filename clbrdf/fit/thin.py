@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.sample import Sample
+from clbrdf.fit.sample import DirectionSample
 from clbrdf.observation import ForwardModel
 
 
@@ -27,11 +27,12 @@ def thinned(problem: Problem, most: int) -> Problem:
     weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
     return on_sample(
-        replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept])
+        replace(problem, seen=ForwardModel(problem.model, problem.features)),
+        DirectionSample(kept, weight[kept]),
     )
 
 
-def on_sample(problem: Problem, sample: Sample) -> Problem:
+def on_sample(problem: Problem, sample: DirectionSample) -> Problem:
     """Return the problem on some of its directions."""
     kept, root = sample.places, np.sqrt(sample.weight)
     group = np.searchsorted(problem.starts, kept, side="right")

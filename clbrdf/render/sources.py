@@ -122,7 +122,7 @@ def scan_source(scan: Scan) -> MaterialSource:
     return MaterialSource(scan.sample or "a sample", "measured", material, remarks)
 
 
-def at_wavelengths(source: MaterialSource, wavelengths: Array) -> MaterialSource:
+def material_at(source: MaterialSource, wavelengths: Array) -> MaterialSource:
     """Return a material at the wavelengths nearest to those given, nm.
 
     Raises

@@ -42,7 +42,7 @@ from clbrdf.storage.files import check_output
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MeasurementOutcome:
     """What a measurement came to.
 
     Attributes
@@ -116,7 +116,7 @@ def measure(
     ask: Callable[[str], str] = nobody,
     pause: Callable[[Callable[[], None]], bool] = undisturbed,
     live: Callable[[Snapshot], None] | None = None,
-) -> Outcome:
+) -> MeasurementOutcome:
     """Measure a plan on a rig and write the absolute scan.
 
     Parameters
@@ -210,9 +210,9 @@ def _planner(plan: Plan, rig: Rig, work: Work, store: Store, log: EventLog, budg
     return AdaptivePlanner(plan.adaptive, work, rig, observer, partial(log.add, "planner"))
 
 
-def _outcome(raw: RawScan, scan: Scan, work: Work) -> Outcome:
+def _outcome(raw: RawScan, scan: Scan, work: Work) -> MeasurementOutcome:
     mark, lines = f": {CHANGED}: ", raw.log.splitlines()
-    return Outcome(
+    return MeasurementOutcome(
         len(scan.theta_i),
         int(np.count_nonzero(raw.rows["flags"] & SKIPPED)),
         work.planned - len(work),
@@ -230,7 +230,7 @@ def _last_said(lines: list[str], mark: str) -> str:
     return next((line.partition(mark)[2] for line in reversed(lines) if mark in line), "")
 
 
-def _finished(target: Path, plan: Plan, rig: Rig, work: Work, folder: Path) -> Outcome:
+def _finished(target: Path, plan: Plan, rig: Rig, work: Work, folder: Path) -> MeasurementOutcome:
     """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
     raw = read_raw(target)
     wanted = _header(plan, rig)

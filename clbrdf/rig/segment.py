@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.rig.errors import StorageError, go_on
-from clbrdf.rig.row import Row, checksum, columns, row_items, values_of
+from clbrdf.rig.row import Row, checksum, columns, row_items, row_values
 from clbrdf.rig.segmentimage import image_of
 from clbrdf.storage.hdf5 import DAMAGE, FORMAT_VERSION, first_line
 from clbrdf.storage.schema import Item, clean, read_items
@@ -105,7 +105,7 @@ class SegmentWriter:
                 f"{self.path.parent}: only {free:.0f} MB free, {self.keep_free:g} MB are to be kept;"
                 f" free some space, then {go_on()}"
             )
-        place, values = self.rows, values_of(row)
+        place, values = self.rows, row_values(row)
         try:
             for dataset, value in zip(self._sets, values, strict=True):
                 dataset.resize(place + 1, axis=0)

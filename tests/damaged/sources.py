@@ -12,7 +12,7 @@ from clbrdf import InputError, Scan
 from clbrdf.rig.planfile import load_plan
 from clbrdf.rig.rawscan import RawScan, write_raw
 from clbrdf.rig.rigfile import load_rig
-from clbrdf.rig.row import DARK, DIRECT, POINT, Row, columns, values_of
+from clbrdf.rig.row import DARK, DIRECT, POINT, Row, columns, row_values
 from clbrdf.rig.segment import SegmentWriter
 from clbrdf.scan import open_scans, save_scans
 from clbrdf.storage import hdf5
@@ -78,7 +78,7 @@ def rows(pixels: int) -> list[Row]:
 def raw(folder: Path) -> RawScan:
     """What a short measurement recorded."""
     table = {
-        column.name: np.stack([values_of(row)[k] for row in rows(8)]) for k, column in enumerate(columns(8))
+        column.name: np.stack([row_values(row)[k] for row in rows(8)]) for k, column in enumerate(columns(8))
     }
     plan, rig = load_plan(write_plan(folder, step=20.0)), load_rig(write_rig(folder))
     return RawScan(plan, rig, np.linspace(500.0, 600.0, 8), np.array([1.0]), 16383, False, table, "a\nb", {})

@@ -11,7 +11,7 @@ from clbrdf.errors import InputError, advice, settled
 from clbrdf.formats.guard import evidence
 from clbrdf.formats.guard.hemisphere import Total, total_of
 from clbrdf.formats.guard.options import Decision, Options
-from clbrdf.formats.guard.sample import Sample, make_sample
+from clbrdf.formats.guard.sample import UsableSample, make_sample
 from clbrdf.formats.guard.units import settle_angles, settle_spectrum
 from clbrdf.formats.reading import SCALES, Reading
 from clbrdf.formats.stated import stated_components
@@ -99,7 +99,7 @@ def _signed(reading: Reading) -> Reading:
     return replace(reading, **out) if out else reading
 
 
-def _sample(reading: Reading) -> Sample:
+def _sample(reading: Reading) -> UsableSample:
     usable = np.isfinite(reading.values) & (reading.values > 0.0)
     inside = (reading.theta_i < 90.0) & (reading.theta_r < 90.0)
     phi = reading.phi_r - reading.phi_i
@@ -157,7 +157,9 @@ def _in_range(path: str, reading: Reading) -> tuple[Reading, list[Decision]]:
     return reading.rows(~level), [said]
 
 
-def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> tuple[float, list[Decision]]:
+def _forward(
+    path: str, reading: Reading, sample: UsableSample, options: Options
+) -> tuple[float, list[Decision]]:
     """Return φr − φi of the forward half-plane in the file."""
     stated = reading.stated
     found = evidence.peaks(sample)
@@ -195,7 +197,7 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
 
 
 def _cosine(
-    path: str, reading: Reading, sample: Sample, forward: float, options: Options
+    path: str, reading: Reading, sample: UsableSample, forward: float, options: Options
 ) -> tuple[bool, list[Decision]]:
     """Return whether values have to be divided by cosθr."""
     stated = reading.stated
@@ -227,12 +229,14 @@ def _cosine(
     return stated.cosine, [Decision("cosine", words(stated.cosine), f"{why}; {found.words}"), *decisions]
 
 
-def _divided(sample: Sample) -> Sample:
+def _divided(sample: UsableSample) -> UsableSample:
     inverse = 1.0 / np.cos(np.deg2rad(sample.theta_r))
     return replace(sample, shape=sample.shape * inverse, bright=sample.bright * inverse)
 
 
-def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tuple[float, list[Decision]]:
+def _scale(
+    path: str, reading: Reading, sample: UsableSample, options: Options
+) -> tuple[float, list[Decision]]:
     """Return what values are multiplied by, and how much the surface reflects then."""
     stated = reading.stated
     totals = [total for group in sample.groups() if (total := total_of(group)) is not None]
