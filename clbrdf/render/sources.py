@@ -13,7 +13,7 @@ from clbrdf.errors import InputError, advice
 from clbrdf.fit import Fit
 from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.material import Material, Places
-from clbrdf.formats.rgl.tables import BANDS
+from clbrdf.formats.rgl.tables import BANDS, ONE_BAND
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -105,7 +105,9 @@ def fit_source(fit: Fit) -> MaterialSource:
     )
     bands = fit.scan.bands
     if bands and (tuple(band.upper() for band in bands) != BANDS or not good.all()):
-        raise InputError(f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do")
+        raise InputError(
+            f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do; {ONE_BAND}"
+        )
     material = Material(brdf, None if bands else fit.wavelength[good], description)
     return MaterialSource(name, fit.model.name, material, remarks)
 

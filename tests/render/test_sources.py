@@ -81,7 +81,9 @@ def test_false_colour_takes_three_wavelengths(small_scan):
 
 def test_what_has_no_colour():
     source = scan_source(scan_of(SURFACE, wavelength=[500.0, 600.0, 900.0]))
-    with pytest.raises(InputError, match=r"a colour needs a spectrum from 460 .*take three of them with in_false_colour"):
+    with pytest.raises(
+        InputError, match=r"a colour needs a spectrum from 460 .*take three of them with in_false_colour"
+    ):
         in_colour(source)
     with pytest.raises(InputError, match="3 wavelengths, for red, green and blue; 2 are given"):
         in_false_colour(source, np.array([1.0, 2.0]))
