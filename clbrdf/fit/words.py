@@ -139,8 +139,8 @@ def _misfit(_: str, numbers: Numbers) -> str:
 def _other_weights(_: str, numbers: Numbers) -> str:
     chi2 = span([n[0] for n in numbers], 3)
     return (
-        f"the fit does not describe the data within their uncertainties: χ²/ν = {chi2}; its weights do not use"
-        " them, and a fit with weights sigma shows whether the model can"
+        f"the fit does not describe the data within their uncertainties: χ²/ν = {chi2}; its weights do not"
+        " use them, and a fit with weights sigma shows whether the model can"
     )
 
 
