@@ -77,7 +77,7 @@ def test_sweeps(picture, foil):
     assert sweep_stops(picture, "wavelength", 2) == [450.0, 650.0]
     angles = sweep_stops(picture, "theta-i")
     assert (angles[0], angles[-1], len(angles)) == (30.0, 60.0, 31)
-    with pytest.raises(InputError, match="--frames 1:"):
+    with pytest.raises(InputError, match="frames=1:"):
         sweep_stops(picture, "wavelength", 1)
 
 
