@@ -31,7 +31,10 @@ def rows_alone(plan: Plan, rig: Rig, store: Store, header: Mapping[str, str], ro
     """
     count = len(rows)
     darks = [replace(store.dark_of(row), dark=NO_ROW) for row in rows]
-    own = [replace(row, dark=place, direct=count, rung=NO_ROW) for place, row in enumerate(rows)]
+    own = [
+        replace(row, dark=place, direct=count if place else NO_ROW, rung=NO_ROW)
+        for place, row in enumerate(rows)
+    ]
     values = [row_values(row) for row in (*darks, *own)]
     names = [column.name for column in columns(len(rows[0].counts))]
     return RawScan(
