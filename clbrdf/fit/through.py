@@ -154,14 +154,19 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -
     if instrument.aperture is not None:
         angle = np.full(n, instrument.aperture.angle)
     if instrument.bandwidth is not None:
-        if not smooth:
-            raise InputError(
-                f"{source}: bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01), or leave"
-                " bandwidth out"
-            )
+        check_bandwidth(instrument, source, smooth)
         slit_matrix(instrument.bandwidth, scan.wavelength)
     check_horizon(instrument, angle, scan.directions, source)
     return Through(instrument, source, angle, np.zeros((n, len(CONES)), dtype=np.uint8))
+
+
+def check_bandwidth(instrument: Instrument, source: str, smooth: bool) -> None:
+    """Raise InputError where a fit that is not smooth is told of a bandwidth."""
+    if instrument.bandwidth is not None and not smooth:
+        raise InputError(
+            f"{source}: bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01), or leave"
+            " bandwidth out"
+        )
 
 
 def own_angle(scan: Scan) -> Array | None:
