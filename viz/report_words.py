@@ -8,7 +8,7 @@ from clbrdf.fit.budget import budget_table, fitted_names, mean_table
 from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.result import Fit
 from clbrdf.fit.tables import goodness_rows
-from clbrdf.fit.words import gathered
+from clbrdf.fit.words import gathered, through_lines
 from clbrdf.scan import Scan
 
 Rows = list[tuple[str, str]]
@@ -37,6 +37,7 @@ def summary_rows(fit: Fit) -> Rows:
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
         columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
+        *(("through" if k == 0 else "", text) for k, text in enumerate(through_lines(fit))),
         ("method", f"{fit.setup.method}, seed {fit.setup.seed}, weights {fit.setup.weighting}"),
         ("device", fit.search.device),
     ]
