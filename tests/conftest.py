@@ -37,9 +37,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Iterator[None]:
     """Say at the very end how many tests of a kind ran, and how many were skipped and why."""
     yield
+
+    def needs(report: object, name: str) -> bool:
+        # A module that is skipped as a whole has a report of its own kind.
+        return ("needs", name) in getattr(report, "user_properties", ())
+
     for name, words in NEEDS.items():
         reports = {
-            kind: [r for r in terminalreporter.stats.get(kind, []) if ("needs", name) in r.user_properties]
+            kind: [r for r in terminalreporter.stats.get(kind, []) if needs(r, name)]
             for kind in ("passed", "failed", "error", "skipped")
         }
         skipped = len(reports.pop("skipped"))
@@ -48,7 +53,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Iterat
             reasons = [
                 r.longrepr[2].removeprefix("Skipped: ")
                 for r in terminalreporter.stats.get("skipped", [])
-                if ("needs", name) in r.user_properties and isinstance(r.longrepr, tuple)
+                if needs(r, name) and isinstance(r.longrepr, tuple)
             ]
             why = f": {'; '.join(dict.fromkeys(reasons))}" if reasons else ""
             terminalreporter.write_line(f"tests {words}: {ran} ran, {skipped} skipped{why}")

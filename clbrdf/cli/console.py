@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from clbrdf.progress import Report
+from clbrdf.progress import Report, silent
 
 WIDTH_OFF_TERMINAL = 200
 """Columns of a table that goes to a file or a pipe, where nothing wraps."""
@@ -66,8 +66,11 @@ def number(value: float, digits: int = 4) -> str:
 @contextmanager
 def progress_bar(label: str) -> Iterator[Report]:
     """Show a bar on standard error while the block runs, on a terminal only; give a `Report`."""
+    if not sys.stderr.isatty():  # some versions of rich print empty lines for a bar that is disabled
+        yield silent
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Progress(*columns, console=stderr_console(), transient=True) as bar:
         task = bar.add_task(label, total=None)
 
         def report(done: int, total: int) -> None:

@@ -35,7 +35,7 @@ Array = npt.NDArray[np.float64]
 MOST_INCIDENT = 12
 """Incident directions with an amplitude of their own; where there are more, neighbours share one."""
 
-MOST_DIRECTIONS = 1024
+MOST_DIRECTIONS = 512
 """On which spectra are projected; the polish takes all."""
 
 THREADS = 4

@@ -23,6 +23,7 @@ from clbrdf.fit.polish import (
     ROUGH_ITERATIONS,
     ROUGH_TOLERANCE,
     TOLERANCE,
+    WORTH,
     Polished,
     descend,
     left_as_they_are,
@@ -37,9 +38,6 @@ MOST_ENDS = 4
 
 FEW = 8
 """Iterations after which an end that is still clearly higher than the first is given up."""
-
-WORTH = 2.0
-"""Ends above so many times the lowest E of the sample are given up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,9 +115,7 @@ def _to_the_end(problem: Problem, done: Polished, k: int, rows: npt.NDArray[np.i
             return
         part = problem if len(rows) == problem.size[0] else problem.take(rows)
         start = done.coordinates[rows, k : k + 1]
-        at = descend(
-            part, start, get_precision("double"), iterations, TOLERANCE, damping=damping, across=True
-        )
+        at = descend(part, start, get_precision("double"), iterations, TOLERANCE, damping=damping)
         done.coordinates[rows, k], done.objective[rows, k] = at.coordinates[:, 0], at.objective[:, 0]
         done.evaluations[rows, k] += at.evaluations[:, 0]
         done.converged[rows, k] = at.converged[:, 0]

@@ -155,7 +155,7 @@ def monte_carlo(
             target = np.where(scale > 0.0, scale * (values[k] + drawn[some]), 0.0)
             batch = replace(batch, target=np.ascontiguousarray(target))
             starts = np.broadcast_to(q[k], (count, 1, p))
-            found = descend(batch, starts, get_precision("double"), MOST_ITERATIONS, TOLERANCE, across=True)
+            found = descend(batch, starts, get_precision("double"), MOST_ITERATIONS, TOLERANCE)
             coordinates = found.coordinates[:, 0]
             span = np.maximum(problem.upper[k] - problem.lower[k], 1e-300)
             inside = np.minimum(coordinates - problem.lower[k], problem.upper[k] - coordinates)

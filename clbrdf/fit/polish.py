@@ -1,14 +1,15 @@
 """From good starts to a stationary point: bounded Levenberg–Marquardt, batched in a kernel.
 
-Most of the way goes in single precision, where a vector holds twice the lanes; ends that are then clearly
-higher than the lowest stay where they are, and the others go on in double precision. They do so in rounds:
+Most of the way goes in single precision, where a vector holds twice the lanes, and on some of the directions;
+ends that are then clearly higher than the lowest stay where they are, and the others go on in double
+precision and on all. They do so in rounds:
 after each, an end that has come as low as the lowest has told what it can, and the lowest alone goes on to
 the last digit, together with those that may still fall below it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,8 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.fit.batch import batch_objective
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.seen import POINTS, library_of, upload_seen
+from clbrdf.fit.seen import library_of, upload_seen
+from clbrdf.fit.thin import on_sample, thin_sample
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload, work_group
@@ -34,6 +36,15 @@ ROUGH_ITERATIONS = 12
 ROUGH_TOLERANCE = 1e-3
 """Of the way in single precision, whose E is good to about 1e-6, or to 1e-3 where E is below 1e-9."""
 
+ROUGH_DIRECTIONS = 256
+"""On which that way goes where there are more."""
+
+LEAST_USABLE = 128
+"""Of them that have to be measured at a wavelength, or as many as there are in all: else it goes on all."""
+
+WORTH = 2.0
+"""Ends of a way on some directions above this many times the lowest E there are given up."""
+
 FIRST_DAMPING = 1e-3
 """Of the Levenberg–Marquardt system, scaled to a unit diagonal."""
 
@@ -47,11 +58,13 @@ EXACT = 1e-24
 """E below this is rounding: all such ends are as low as the lowest."""
 
 CLEARLY_HIGHER = 1.1
-"""Ends of the first way above this many times the lowest are given up."""
-
+"""Ends above this many times the lowest are given up, where E is that of all directions."""
 
 NEAR, ALIKE = 1e-2, 1e-3
 """Ends of the first way within these shares of each coordinate's range, and of E, have come together."""
+
+FEW_ENDS = 2
+"""Up to so many ends of a wavelength go on beside those of others, more beside each other."""
 
 MOST_TWINNED = 4
 """Different ends, the lowest first, whose twins are looked for."""
@@ -88,12 +101,18 @@ def check_polish(depth: str) -> None:
 
 
 def polish(
-    problem: Problem, starts: Array, depth: str = "double", first: int = 0, rough_iterations: int = 0
+    problem: Problem,
+    starts: Array,
+    depth: str = "double",
+    first: int = 0,
+    rough_iterations: int = 0,
+    everywhere: bool = False,
 ) -> Polished:
-    """Polish starts (W, K, P) at their wavelengths; those given up on the way keep E of single precision.
+    """Polish starts (W, K, P) at their wavelengths; those given up on the way have no E.
 
     With `first`, so many of the lowest go to the end before the others; where they all come to the same
     optimum, the others stay where they are. `rough_iterations` replaces ROUGH_ITERATIONS, where it is not 0.
+    With `everywhere` the way in single precision, too, goes on all directions.
 
     Raises
     ------
@@ -102,16 +121,14 @@ def polish(
     """
     if depth == "none":
         return left_as_they_are(problem, starts, np.ones(starts.shape[:2], dtype=np.int64))
-    rough = descend(
-        problem, starts, get_precision("fast:6"), rough_iterations or ROUGH_ITERATIONS, ROUGH_TOLERANCE
-    )
+    rough, worth = _rough(problem, starts, rough_iterations or ROUGH_ITERATIONS, everywhere)
     usable = np.isfinite(rough.objective)
     energy = np.where(usable, rough.objective, np.inf)
     q = np.where(usable[..., None], rough.coordinates, starts)
-    given_up = (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True)) & usable
+    given_up = (energy > worth[:, None] * energy.min(axis=1, keepdims=True)) & usable
     if depth == "single":
         return left_as_they_are(problem, q, rough.evaluations + 1)
-    ends = Polished(q, energy, rough.evaluations, np.zeros_like(given_up))
+    ends = Polished(q, np.where(given_up, np.inf, energy), rough.evaluations, np.zeros_like(given_up))
     twin_of = _twins(problem, q, energy, ~given_up)
     alone = ~given_up & (twin_of == np.arange(starts.shape[1]))
     if not 0 < first < starts.shape[1]:
@@ -125,6 +142,24 @@ def polish(
     # E of single precision may round below that of double: it is no match for it.
     unasked = ~given_up & ~early & agreed
     return replace(ends, objective=np.where(unasked, np.inf, ends.objective))
+
+
+def _rough(problem: Problem, starts: Array, iterations: int, everywhere: bool) -> tuple[Polished, Array]:
+    """Return the ends of the way in single precision, and up to how many times the lowest E they are kept."""
+    precision, n = get_precision("fast:6"), problem.size[1]
+    if everywhere or n <= ROUGH_DIRECTIONS:
+        ends = descend(problem, starts, precision, iterations, ROUGH_TOLERANCE)
+        return ends, np.full(len(starts), CLEARLY_HIGHER)
+    few = on_sample(problem, thin_sample(problem, ROUGH_DIRECTIONS))
+    measured = np.count_nonzero(problem.scale, axis=1)
+    enough = np.count_nonzero(few.scale, axis=1) >= np.minimum(measured, LEAST_USABLE)
+    ends = descend(few, starts, precision, iterations, ROUGH_TOLERANCE)
+    rows = np.flatnonzero(~enough)
+    if len(rows):
+        all_of_them = descend(problem.take(rows), starts[rows], precision, iterations, ROUGH_TOLERANCE)
+        for field in fields(Polished):
+            getattr(ends, field.name)[rows] = getattr(all_of_them, field.name)
+    return ends, np.where(enough, WORTH, CLEARLY_HIGHER)
 
 
 def _twins(problem: Problem, q: Array, energy: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
@@ -165,26 +200,51 @@ def _to_the_end(
     """Descend in double precision, round by round, from the ends `moving`; those `done` are at their own."""
     rows, asked = np.arange(len(moving)), moving | done
     for iterations in ROUNDS:
-        # Those that go on side by side, the lowest first: lanes of one vector then need about as many steps.
-        order = np.argsort(np.where(moving, ends.objective, np.inf), axis=1, kind="stable")
-        place = order[:, : int(moving.sum(axis=1).max())]
-        if place.shape[1] == 0:
+        if not moving.any():
             break
-        still = ~np.take_along_axis(moving, place, axis=1)
-        q = np.take_along_axis(ends.coordinates, place[..., None], axis=1)
-        part = descend(problem, q, get_precision("double"), iterations, TOLERANCE, still)
-        w, k = np.broadcast_to(rows[:, None], place.shape)[~still], place[~still]
-        coordinates, objective = ends.coordinates.copy(), ends.objective.copy()
-        evaluations, converged = ends.evaluations.copy(), ends.converged.copy()
-        coordinates[w, k], objective[w, k] = part.coordinates[~still], part.objective[~still]
-        evaluations[w, k] += part.evaluations[~still]
-        converged[w, k] = part.converged[~still]
-        ends = Polished(coordinates, objective, evaluations, converged)
+        ends = Polished(*(getattr(ends, field.name).copy() for field in fields(Polished)))
+        # Which wavelengths go which way is a matter of each alone, so that its neighbours do not change it.
+        count = moving.sum(axis=1)
+        _ends_across(problem, ends, moving & (count <= FEW_ENDS)[:, None], iterations)
+        _ends_side_by_side(problem, ends, moving & (count > FEW_ENDS)[:, None], iterations)
+        objective = ends.objective
         judged = np.where(asked & np.isfinite(objective), objective, np.inf)
         resting = _as_low(objective, asked) | (judged > CLEARLY_HIGHER * judged.min(axis=1, keepdims=True))
         resting[rows, judged.argmin(axis=1)] = False
-        moving = moving & ~converged & ~resting
+        moving = moving & ~ends.converged & ~resting
     return ends
+
+
+def _ends_across(problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], iterations: int) -> None:
+    """Take each moving end on in a lane of its own, beside those of other wavelengths; write into `ends`."""
+    w, k = np.nonzero(moving)
+    if len(w) == 0:
+        return
+    part = problem if np.array_equal(w, np.arange(problem.size[0])) else problem.take(w)
+    at = descend(part, ends.coordinates[w, k][:, None], get_precision("double"), iterations, TOLERANCE)
+    ends.coordinates[w, k], ends.objective[w, k] = at.coordinates[:, 0], at.objective[:, 0]
+    ends.evaluations[w, k] += at.evaluations[:, 0]
+    ends.converged[w, k] = at.converged[:, 0]
+
+
+def _ends_side_by_side(
+    problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], iterations: int
+) -> None:
+    """Take the moving ends of each wavelength on side by side; write into `ends`."""
+    rows = np.flatnonzero(moving.any(axis=1))
+    if len(rows) == 0:
+        return
+    # The lowest first: lanes of one vector then need about as many steps.
+    order = np.argsort(np.where(moving, ends.objective, np.inf)[rows], axis=1, kind="stable")
+    place = order[:, : int(moving.sum(axis=1).max())]
+    still = ~np.take_along_axis(moving[rows], place, axis=1)
+    q = np.take_along_axis(ends.coordinates[rows], place[..., None], axis=1)
+    part = problem if len(rows) == problem.size[0] else problem.take(rows)
+    at = descend(part, q, get_precision("double"), iterations, TOLERANCE, still)
+    w, k = np.broadcast_to(rows[:, None], place.shape)[~still], place[~still]
+    ends.coordinates[w, k], ends.objective[w, k] = at.coordinates[~still], at.objective[~still]
+    ends.evaluations[w, k] += at.evaluations[~still]
+    ends.converged[w, k] = at.converged[~still]
 
 
 def _as_low(objective: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -208,12 +268,10 @@ def descend(
     tolerance: float,
     left_out: npt.NDArray[np.bool_] | None = None,
     damping: float = FIRST_DAMPING,
-    across: bool | None = None,
 ) -> Polished:
     """Descend from starts (W, K, P) in one precision; those `left_out` (W, K) are not touched.
 
-    `across` says whether the lanes of a vector take wavelengths with one start each, or starts of one
-    wavelength.
+    The lanes of a vector take the starts of one wavelength, or wavelengths where each has a single one.
 
     Raises
     ------
@@ -224,9 +282,7 @@ def descend(
 
     device, dtype = problem.device, precision.dtype
     seen = library_of(problem.seen)
-    # A single start would leave the other lanes of a vector idle; nodes make that dear.
-    if across is None:
-        across = seen != POINTS and starts.shape[1] == 1
+    across = starts.shape[1] == 1
     library, part = ("coordinates", seen), "wavelengths" if across else "starts"
     variant = Variant.on(device, "polish", problem.model, precision, library, (part,), problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "polish"), open_queue(device)

@@ -31,6 +31,7 @@ STRONG = 0.999
 
 KINDS = (
     "misfit",
+    "other weights",
     "lack of fit",
     "azimuth",
     "neighbours",
@@ -49,6 +50,8 @@ KINDS = (
 
 misfit
     the model does not describe the data within their uncertainties: (χ²/ν, ν)
+other weights
+    the fit does not describe the data within their uncertainties, which its weights do not use: (χ²/ν, ν)
 lack of fit
     the model misses repeated directions by more than they scatter: (F, degrees of freedom of the repeats)
 azimuth
@@ -136,7 +139,8 @@ def _about_goodness(fit: Fit) -> list[list[Remark]]:
         chi2, ratio = float(found.chi2_reduced[k]), float(found.lack_of_fit[k])
         degrees, repeats = float(found.degrees[k]), float(found.repeats[k])
         if poor[k] and chi2 > 1.0:
-            here.append(Remark("misfit", (), (chi2, degrees)))
+            kind = "misfit" if fit.setup.weighting == "sigma" else "other weights"
+            here.append(Remark(kind, (), (chi2, degrees)))
         if poor[k] and ratio > 1.0:
             here.append(Remark("lack of fit", (), (ratio, repeats)))
         if np.isfinite(turned[0, k]):

@@ -168,7 +168,10 @@ def _once(
     problem: Problem, method: Method, settings: Any, seed: int, report: Report
 ) -> tuple[Solution, Ends]:
     found = method.search(problem, settings, seed, report)
-    polished = polish(problem, found.coordinates, settings.polish, found.first, found.rough_iterations)
+    everywhere = getattr(settings, "everywhere", False)
+    polished = polish(
+        problem, found.coordinates, settings.polish, found.first, found.rough_iterations, everywhere
+    )
     best, agreeing = _lowest(problem, polished)
     rows = np.arange(len(best))
     coordinates, energy = polished.coordinates[rows, best], polished.objective[rows, best]

@@ -213,7 +213,7 @@ def goodness_rows(fit: Fit) -> list[tuple[str, str]]:
         poor = int(fit.misfit.sum())
         words = f"median {plain(np.median(chi2), 3)}, worst {plain(chi2.max(), 3)}"
         if weighting != "sigma":
-            words += ", with the uncertainties of the scan, which the weights do not use"
+            words += ", with the uncertainties of the scan, which the weights do not use; see weights sigma"
         told = f"not described at {poor} of {len(chi2)} wavelengths" if poor else "described"
         return [("χ²/ν", words), ("data", f"{told}, within their uncertainties")]
     scatter = found.scatter[np.isfinite(found.scatter)]

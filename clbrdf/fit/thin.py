@@ -11,24 +11,30 @@ from clbrdf.fit.sample import Sample
 from clbrdf.observation import ForwardModel
 
 
-def thinned(problem: Problem, most: int) -> Problem:
-    """Return the problem on at most so many of its directions, which then are points.
+def thin_sample(problem: Problem, most: int) -> Sample:
+    """Return at most so many directions of a problem.
 
     Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
     evenly over the rest, which they stand for with a larger weight.
     """
     n = problem.size[1]
     if n <= most:
-        return problem
+        return Sample(np.arange(n), np.ones(n))
     near = np.argsort(problem.mirror, kind="stable")[: most // 2]
     rest = np.setdiff1d(np.arange(n), near)
     spread = rest[np.linspace(0, len(rest) - 1, most - len(near)).round().astype(np.intp)]
     weight = np.ones(n)
     weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
-    return on_sample(
-        replace(problem, seen=ForwardModel(problem.model, problem.features)), Sample(kept, weight[kept])
-    )
+    return Sample(kept, weight[kept])
+
+
+def thinned(problem: Problem, most: int) -> Problem:
+    """Return the problem on at most so many of its directions (`thin_sample`), which then are points."""
+    if problem.size[1] <= most:
+        return problem
+    points = replace(problem, seen=ForwardModel(problem.model, problem.features))
+    return on_sample(points, thin_sample(problem, most))
 
 
 def on_sample(problem: Problem, sample: Sample) -> Problem:

@@ -141,6 +141,14 @@ def _misfit(_: str, numbers: Numbers) -> str:
     )
 
 
+def _other_weights(_: str, numbers: Numbers) -> str:
+    chi2 = span([n[0] for n in numbers], 3)
+    return (
+        f"the fit does not describe the data within their uncertainties: χ²/ν = {chi2}; its weights do not"
+        " use them, and a fit with weights sigma shows whether the model can"
+    )
+
+
 def _lack_of_fit(_: str, numbers: Numbers) -> str:
     times = span([n[0] ** 0.5 for n in numbers], 2)
     return f"the model does not describe the data: it misses them by {times} times the scatter of repeats"
@@ -179,13 +187,14 @@ def _left_out(why: str) -> Callable[[str, Numbers], str]:
 
 
 VARYING = (
-    *("misfit", "lack of fit", "azimuth", "neighbours", "overstated", "correlated"),
+    *("misfit", "other weights", "lack of fit", "azimuth", "neighbours", "overstated", "correlated"),
     *("without sigma", "sigma of 0", "not positive"),
 )
 """Kinds whose numbers differ everywhere: gathered, they become a range."""
 
 WORDS: dict[str, Callable[[str, Numbers], str]] = {
     "misfit": _misfit,
+    "other weights": _other_weights,
     "lack of fit": _lack_of_fit,
     "azimuth": _azimuth,
     "neighbours": _neighbours,

@@ -78,6 +78,13 @@ def test_a_model_that_misses_is_said_to():
     assert "not described at 100 of 100 wavelengths" in fit.report()
 
 
+def test_weights_are_blamed_before_the_model():
+    fit = clbrdf.fit(scan_of(lobed), model="lambert", weights="none")
+    assert "other weights" in kinds(fit)
+    assert "misfit" not in kinds(fit)
+    assert "a fit with weights sigma shows whether the model can" in remarks_line(fit.remarks[0])
+
+
 def test_uncertainties_that_are_too_large_are_said_to_be():
     assert kinds(clbrdf.fit(scan_of(lambert, sigma=5 * NOISE), model="lambert", weights="sigma")) == {
         "overstated"

@@ -3,6 +3,7 @@
 import pytest
 from wire import IMPATIENT, Dialogue, kinds
 
+from clbrdf.rig.drivers import smc100
 from clbrdf.rig.drivers.smc100 import Smc100Line, Smc100Stage
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError
 from clbrdf.rig.roles import Motion
@@ -114,6 +115,20 @@ def test_reset_is_sent_once_and_waited_for():
         stage = Smc100Stage(peer.line(), 1)
         assert [stage.is_unreferenced() for _ in range(3)] == [False, False, True]
         assert [stage.is_unreferenced() for _ in range(2)] == [False, True]
+
+
+def test_a_reset_that_was_lost_is_sent_again(monkeypatch):
+    """`RS` has no answer: a controller that stays ready has not heard it."""
+    monkeypatch.setattr(smc100, "RESET_AGAIN", 0.0)
+    with Dialogue(
+        (b"1TS\r\n", b"1TS000033\r\n"),
+        (b"1RS\r\n", b""),
+        (b"1TS\r\n", b"1TS000033\r\n"),
+        (b"1RS\r\n", b""),
+        (b"1TS\r\n", b"1TS00000A\r\n"),
+    ) as peer:
+        stage = Smc100Stage(peer.line(), 1)
+        assert [stage.is_unreferenced() for _ in range(3)] == [False, False, True]
 
 
 def test_a_line_of_three():

@@ -11,7 +11,9 @@ listed in docs/protocols.md.
 
 from __future__ import annotations
 
+import math
 import re
+import time
 from collections.abc import Mapping
 from typing import Annotated
 
@@ -28,6 +30,9 @@ END = b"\r\n"
 NUMBER = r"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 MOST_BYTES = 64
 MOST_READINGS = 8
+
+RESET_AGAIN = 1.5
+"""Seconds in which a controller that answers has begun to reset."""
 
 STATES = {
     **dict.fromkeys(range(0x0A, 0x12), Motion.NOT_REFERENCED),
@@ -96,7 +101,7 @@ class Smc100Stage:
         self.line = line
         self.address = address
         self._firmware = ""
-        self._is_reset = False
+        self._reset_at = -math.inf
 
     def identify(self) -> str:
         """Get the firmware's name.
@@ -166,14 +171,15 @@ class Smc100Stage:
         """Bring the controller to "not referenced", from which `OR` starts; True once it is there.
 
         `RS` sets it back to its state after power-on; a controller in configuration leaves that by `PW0`
-        and is silent for up to 10 s then, so a LineError meanwhile means nothing.
+        and is silent for up to 10 s then, so a LineError meanwhile means nothing. Neither is confirmed: a
+        controller that RESET_AGAIN later still tells of another state has not heard it.
         """
         motion = self.get_status().motion
         if motion is Motion.NOT_REFERENCED:
-            self._is_reset = False
+            self._reset_at = -math.inf
             return True
-        if not self._is_reset:
-            self._is_reset = True
+        if time.monotonic() > self._reset_at + RESET_AGAIN:
+            self._reset_at = time.monotonic()
             if motion is Motion.CONFIGURATION:
                 self._tell("PW", "0")
             else:
