@@ -42,10 +42,24 @@ def signed_view_zenith(scan: Scan) -> Array:
 
 
 def seen_along(fit: Fit, directions: Directions, column: int) -> Array:
-    """Fitted values (N,), 1/sr, at one wavelength as the detector sees them: what compares with points."""
-    if fit.through is not None and fit.through.instrument.bandwidth is not None:
-        return np.asarray(fit.predict_seen(directions)[:, column])  # a slit mixes all wavelengths
-    return np.ravel(fit.forward(directions).brdf(fit.vector[column][None, :]))
+    """Fitted values (N,), 1/sr, at one wavelength as the detector sees them: what compares with points.
+
+    NaN where the detector would look below the horizon.
+    """
+    if fit.through is None:
+        return np.ravel(fit.forward(directions).brdf(fit.vector[column][None, :]))
+    from clbrdf.instrument.place import above_horizon
+
+    behind = fit.through.elsewhere(directions)
+    there = above_horizon(behind.instrument, behind.angle, directions)
+    out = np.full(len(directions), np.nan)
+    if not there.any():
+        return out
+    if behind.instrument.bandwidth is not None:
+        out[there] = fit.predict_seen(directions[there])[:, column]  # a slit mixes all wavelengths
+    else:
+        out[there] = np.ravel(fit.forward(directions[there]).brdf(fit.vector[column][None, :]))
+    return out
 
 
 def model_word(fit: Fit) -> str:

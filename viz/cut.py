@@ -117,6 +117,7 @@ class Cut:
         if subject.fit is not None and subject.parameters(column) is not None:
             x = cut_angles(request.theta_i, self.limit, width)
             y = plane_values(subject, column, request.theta_i, x)
+            x, y = x[np.isfinite(y)], y[np.isfinite(y)]
             self.series.append((x, y))
             out.append(("curve", x, y, line))
         scan = subject.scan

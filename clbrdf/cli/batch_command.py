@@ -94,8 +94,8 @@ def command(
     smooth
         tie neighbouring wavelengths, as 'clbrdf fit' does
     through
-        instrument file of all scans, as 'clbrdf fit' reads it; by default what each scan says of its own
-        receiver
+        instrument file of all scans, as 'clbrdf fit' reads it; by default what each scan tells of its
+        own
     point
         take every direction as a point, whatever the scans say
     rtol

@@ -76,7 +76,7 @@ def command(
     seed
         of the random numbers
     through
-        instrument file, as 'clbrdf fit' reads it; by default what the scan says of its own receiver
+        instrument file, as 'clbrdf fit' reads it; by default what the scan tells of its own
     point
         take every direction as a point, whatever the scan says
     force

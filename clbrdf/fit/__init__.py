@@ -118,7 +118,7 @@ def fit(
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
     through : str, Path or Instrument
         What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
-        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        Instrument, "scan" for what the scan tells of its own, "point" to leave it out. The search
         is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is

@@ -45,6 +45,15 @@ def test_curves_pass_through_what_is_seen(gloss):
     assert "(measured − seen) / measured (%)" in [one.get_xlabel() for one in axes]
 
 
+@pytest.mark.parametrize("effects", [APERTURE, {**APERTURE, "misalignment": {"tilt": 1.0, "height": 2.0}}])
+def test_curves_end_where_the_detector_would_look_below_the_horizon(effects):
+    fit = fit_through(effects)
+    subject = Subject("gloss", fit.scan, fit)
+    values = plane_values(subject, 1, 50.0, np.array([-89.9, -87.0, -80.0, 0.0, 80.0, 87.0, 89.9]))
+    assert np.isfinite(values).tolist() == [False, False, True, True, True, False, False]
+    assert np.isnan(plane_values(subject, 1, 89.9, np.array([89.0, 89.9]))).all()
+
+
 def test_figures_say_so(gloss):
     assert model_word(gloss.fit) == "model as the detector sees it"
     assert "model as the detector sees it (lines)" in measured_and_model(gloss.fit).get_suptitle()
