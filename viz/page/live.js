@@ -2,7 +2,7 @@
 
 const STEPS = 400;
 const COURSE = 41;
-const MOST_FOR_COURSES = 4000;
+const MOST_FOR_COURSES = 12000;
 
 // From a slider's place in [0, 1] to a value, and back.
 function slideOf(row, bounds) {
