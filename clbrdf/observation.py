@@ -94,6 +94,16 @@ class Observation:
         nodes, owner = node_ranges(self.first, chosen)
         return Observation(self.nodes[nodes], owner, self.weight[nodes])
 
+    def folded(self, model: Model) -> Observation:
+        """Return the observation with one node where a model cannot tell several of a direction apart.
+
+        Mirror images about the plane of incidence are such, for most models. A point stays itself.
+        """
+        if self.is_points:
+            return self
+        kept, weight = _folded(model.features(self.nodes), self.owner, self.weight)
+        return Observation(self.nodes[kept], self.owner[kept], weight)
+
 
 def _numbered(places: Places | npt.NDArray[np.bool_]) -> Places:
     """Return places as numbers, where a mask may be given."""

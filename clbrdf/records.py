@@ -27,8 +27,12 @@ class Record:
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         values = {row.name: getattr(self, row.name) for row in fields(self)}  # type: ignore[arg-type]
-        plain = {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()}
-        return _made, (type(self), plain)
+        return _made, (type(self), _unfrozen(values))
+
+
+def _unfrozen(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a mapping as a plain one, which pickles; read-only mappings within it, too."""
+    return {name: _unfrozen(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()}
 
 
 def _made(kind: type[Any], values: dict[str, Any]) -> Any:

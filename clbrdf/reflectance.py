@@ -142,5 +142,6 @@ def hemispherical_integral(
     The angles are as in `directional_hemispherical_reflectance`, and not checked here.
     """
     grid = graded_grid(float(theta_i), float(max_zenith), points)
-    total: Array = grid.weight @ brdf(Directions.relative(np.full(1, theta_i), grid.theta_r, grid.phi))
-    return total
+    values = brdf(Directions.relative(np.full(1, theta_i), grid.theta_r, grid.phi))
+    # Not by BLAS, whose last digits depend on how many threads it has.
+    return np.asarray((grid.weight * values.T).sum(axis=-1))

@@ -210,4 +210,5 @@ def mark_text(marks: Marks, place: int) -> str:
     if model is None:
         return text
     residual = 100.0 * (model[place] / value - 1.0)
-    return f"{text}, model {model[place]:.4g} 1/sr, residual {residual:+.1f} %"
+    name = "model as seen" if marks.subject.sees else "model"
+    return f"{text}, {name} {model[place]:.4g} 1/sr, residual {residual:+.1f} %"

@@ -41,6 +41,32 @@ def signed_view_zenith(scan: Scan) -> Array:
     return np.where(forward | vertical, scan.theta_r, np.where(backward, -scan.theta_r, np.nan))
 
 
+def seen_along(fit: Fit, directions: Directions, column: int) -> Array:
+    """Fitted values (N,), 1/sr, at one wavelength as the detector sees them: what compares with points.
+
+    NaN where the detector would look below the horizon.
+    """
+    if fit.through is None:
+        return np.ravel(fit.forward(directions).brdf(fit.vector[column][None, :]))
+    from clbrdf.instrument.place import above_horizon
+
+    behind = fit.through.elsewhere(directions)
+    there = above_horizon(behind.instrument, behind.angle, directions)
+    out = np.full(len(directions), np.nan)
+    if not there.any():
+        return out
+    if behind.instrument.bandwidth is not None:
+        out[there] = fit.predict_seen(directions[there])[:, column]  # a slit mixes all wavelengths
+    else:
+        out[there] = np.ravel(fit.forward(directions[there]).brdf(fit.vector[column][None, :]))
+    return out
+
+
+def model_word(fit: Fit) -> str:
+    """Return what figures call the model that they compare with points."""
+    return "model" if fit.through is None else "model as the detector sees it"
+
+
 def measured_and_model(fit: Fit, wavelengths: npt.ArrayLike | None = None) -> Figure:
     """Draw measured points and the model in the plane of incidence, residuals below (Figs. 9-11).
 
@@ -83,7 +109,7 @@ def measured_and_model(fit: Fit, wavelengths: npt.ArrayLike | None = None) -> Fi
     grid[0, -1].legend(fontsize=8, frameon=False)
     forward_only = np.nanmin(zenith) >= 0.0
     side = "" if forward_only else "; θr < 0 on the source's side"
-    figure.suptitle(f"{scan.sample}: measured (points) and model (lines){side}", fontsize=11)
+    figure.suptitle(f"{scan.sample}: measured (points) and {model_word(fit)} (lines){side}", fontsize=11)
     return figure
 
 
@@ -117,7 +143,7 @@ def _cut(
     fine = np.linspace(zenith[here].min(), zenith[here].max(), 721)
     phi_i = scan.phi_i[here[0]]
     line = Directions(np.full(1, angle), phi_i, np.abs(fine), np.where(fine < 0.0, 0.0, 180.0) + phi_i)
-    model = fit.forward(line).brdf(fit.vector[k][None, :])
+    model = seen_along(fit, line, k)
     top.plot(fine, model, color=colour, linewidth=1.0)
     deviation = 100.0 * (values[used, k] / scan.brdf[used, k] - 1.0)
     bottom.plot(zenith[used], deviation, marker=".", **style)
@@ -152,7 +178,8 @@ def spectral_map(fit: Fit) -> Figure:
             image = grid[row, column].pcolormesh(
                 fit.wavelength, zenith[here], values[here], norm=norm, cmap="viridis", shading="nearest"
             )
-            grid[row, column].set_title(f"θi = {angle:g}°, {'model' if row else 'measured'}", fontsize=10)
+            kind = "measured" if row == 0 else "model" if fit.through is None else "model, as seen"
+            grid[row, column].set_title(f"θi = {angle:g}°, {kind}", fontsize=10)
     for axes in grid[1]:
         axes.set_xlabel("wavelength (nm)")
     for axes in grid[:, 0]:

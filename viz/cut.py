@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.viz.curves import signed_view_zenith
+from clbrdf.viz.curves import seen_along, signed_view_zenith
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.lobes import MARGIN
 from clbrdf.viz.panel import LobeRequest
@@ -68,6 +68,8 @@ class Cut:
         self.chart.clear()
         self.series = []
         self.log = log
+        behind = any(e.subject.sees for e in requests)
+        self.chart.y_label = "BRDF as seen (1/sr)" if behind else "BRDF (1/sr)"
         alone = len(requests) == 1
         drawn = []
         for k, (request, width) in enumerate(zip(requests, widths, strict=True)):
@@ -118,6 +120,7 @@ class Cut:
         if subject.fit is not None and subject.parameters(column) is not None:
             x = cut_angles(request.theta_i, self.limit, width)
             y = plane_values(subject, column, request.theta_i, x)
+            x, y = x[np.isfinite(y)], y[np.isfinite(y)]
             self.series.append((x, y))
             out.append(("curve", x, y, line))
         scan = subject.scan
@@ -137,8 +140,9 @@ class Cut:
 
 
 def plane_values(subject: Any, column: int, theta_i: float, signed_zenith: Array) -> Array:
-    """Fitted BRDF, 1/sr, at signed view zeniths (K,) in the plane of incidence; all in degrees."""
+    """Fitted BRDF (K,), 1/sr, as the detector sees it in the plane of incidence, at signed view zeniths.
+
+    All angles are in degrees.
+    """
     side = np.where(signed_zenith < 0.0, 0.0, 180.0)
-    return np.asarray(
-        subject.model_values(column, subject.directions([theta_i], np.abs(signed_zenith), side))
-    )
+    return seen_along(subject.fit, subject.directions([theta_i], np.abs(signed_zenith), side), column)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.opencl.device import Device
+from clbrdf.viz.curves import seen_along
 from clbrdf.viz.directions import unit_vectors
 from clbrdf.viz.evaluator import mesh_evaluator
 from clbrdf.viz.joined import joined_directions
@@ -354,12 +355,15 @@ def reference_values(
 ) -> npt.NDArray[np.float64]:
     """Values of another subject in directions of a scan at its nearest wavelength; NaN where it has none.
 
-    Its model where it has a fit; else its measured value in the same direction within 0.05°.
+    Where it has a fit, its model as the detector sees it; else its measured value in the same direction
+    within 0.05°.
     """
     scan = subject.scan
     nearest = other.column(float(subject.wavelength[column]))
     if other.fit is not None:
-        return np.asarray(other.fit.evaluate(scan.directions[rows])[:, nearest])
+        if other is subject:
+            return other.seen_values(nearest, rows)
+        return seen_along(other.fit, scan.directions[rows], nearest)
     theirs = other.scan
     ours = np.column_stack([scan.theta_i, scan.theta_r, scan.phi])[rows]
     keys = np.column_stack([theirs.theta_i, theirs.theta_r, theirs.phi])

@@ -102,10 +102,10 @@ class Marks:
 
     @property
     def model(self) -> Array | None:
-        """Model values in the same directions, (K,), 1/sr; None without a fit."""
+        """Model values as the detector sees them in the same directions, (K,), 1/sr; None without a fit."""
         if self.subject.parameters(self.column) is None:
             return None
-        return self.subject.model_values(self.column, self.subject.scan.directions[self.rows])
+        return self.subject.seen_values(self.column, self.rows)
 
     def draw(self, scale: RadiusScale) -> None:
         """Put points and whiskers where a scale wants them."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.opencl.device import Device
+from clbrdf.viz.curves import model_word
 from clbrdf.viz.ground import Ground
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe, Lobe, MeasuredLobe, Paint, reference_values
@@ -64,7 +65,8 @@ class LobeRequest:
         if self.minus is None:
             return self.subject.name
         if self.minus is self.subject:
-            return f"{self.subject.name}: measured − model"
+            fit = self.subject.fit
+            return f"{self.subject.name}: measured − {'model' if fit is None else model_word(fit)}"
         return f"{self.subject.name} − {self.minus.name}"
 
 

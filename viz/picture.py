@@ -281,7 +281,9 @@ class Picture:
             wild = sum(int(np.count_nonzero(~np.isfinite(lobe.values))) for lobe in lobes)
             out.append(clip_text(self.limit, reach) + (f"; {wild} infinite values cut" if wild else ""))
         if not self.overlay and any(p.marks and p.marks[0].model is not None for p in self.panels):
-            out[-1] += ".  Whiskers: measured above (orange), below (blue)"
+            behind = any(p.marks and p.marks[0].subject.sees for p in self.panels)
+            what = " what the detector sees of the model" if behind else ""
+            out[-1] += f".  Whiskers: measured above (orange), below (blue){what}"
         return out
 
     def set(self, wavelength: float | None = None, theta_i: float | None = None) -> None:

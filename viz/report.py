@@ -29,7 +29,7 @@ from clbrdf.viz.report_words import (
     summary_rows,
     warning_lines,
 )
-from clbrdf.viz.spectra import parameter_spectra, quality_spectra
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra, spectra_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,8 +148,8 @@ def _figures(fit: Fit) -> Figures:
         (
             "parameters",
             "Parameters over wavelength",
-            "Bands: 1σ. Open marks: uncertainty unknown, at a bound or not determined by the data. Crosses:"
-            " not converged.",
+            f"{spectra_words(fit)} Open marks: uncertainty unknown, at a bound or not determined by the data."
+            " Crosses: not converged.",
             lambda: parameter_spectra(fit),
             "svg",
         ),

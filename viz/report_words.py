@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from clbrdf.fit.budget import budget_table, fitted_names, mean_table
+from clbrdf.fit.budget import budget_table, fitted_names, half_sigma, has_halves, mean_table
 from clbrdf.fit.gls import ASSUMES
 from clbrdf.fit.result import Fit
 from clbrdf.fit.tables import goodness_rows
-from clbrdf.fit.words import gathered
+from clbrdf.fit.words import gathered, through_lines
 from clbrdf.scan import Scan
 
 Rows = list[tuple[str, str]]
@@ -37,6 +37,7 @@ def summary_rows(fit: Fit) -> Rows:
         ("directions", f"{len(scan.theta_i)}, incident zenith {angles}°"),
         columns,
         ("model", f"{fit.model.name}: {fit.model.title}; {fit.model.source}"),
+        *(("through" if k == 0 else "", text) for k, text in enumerate(through_lines(fit))),
         ("method", f"{fit.setup.method}, seed {fit.setup.seed}, weights {fit.setup.weighting}"),
         ("device", fit.search.device),
     ]
@@ -116,17 +117,27 @@ def mean_words(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
 
 
 def fit_table(fit: Fit) -> tuple[list[str], list[list[float | str]]]:
-    """Return names and rows of the paper's Tables 1 and 2: every wavelength, σr in percent, with 1σ."""
+    """Return names and rows of the paper's Tables 1 and 2: every wavelength, σr in percent, with 1σ.
+
+    With both parts of 1σ where errors have some, and the ends of intervals where the fit has them.
+    """
     angles = fit.scan.incident_angles
     names = ["wavelength_nm"]
-    for name in fit.model.names:
-        names += [name, f"{name}_sigma"]
+    columns = []
+    halves = [half_sigma(fit, common) for common in (False, True)] if has_halves(fit) else []
+    for j, name in enumerate(fit.model.names):
+        named = [("", fit.parameters[name]), ("_sigma", fit.sigma[name])]
+        named += [
+            (end, half[:, j]) for end, half in zip(("_sigma_random", "_sigma_common"), halves, strict=False)
+        ]
+        if name in fit.intervals:
+            named += zip(("_lower", "_upper"), fit.intervals[name].T, strict=True)
+        names += [f"{name}{end}" for end, _ in named]
+        columns += [values for _, values in named]
     names += ["E", *(f"sigma_r_{a:g}deg_percent" for a in angles), "status"]
     rows: list[list[float | str]] = []
     for k, wavelength in enumerate(fit.wavelength):
-        row: list[float | str] = [float(wavelength)]
-        for name in fit.model.names:
-            row += [float(fit.parameters[name][k]), float(fit.sigma[name][k])]
+        row: list[float | str] = [float(wavelength), *(float(values[k]) for values in columns)]
         row.append(float(fit.objective[k]))
         row += [100.0 * float(v) for v in fit.goodness.relative_rms_by_incident_angle[:, k]]
         rows.append([*row, str(fit.status[k])])

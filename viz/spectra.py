@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clbrdf.fit.budget import half_sigma, has_halves
 from clbrdf.fit.result import Fit
 from clbrdf.viz.style import BLACK, BLUE, SERIES, VERMILION
 
@@ -21,6 +22,8 @@ FEW = 40
 def parameter_spectra(fit: Fit) -> Figure:
     """Draw every parameter over the wavelength with its 1σ band (P panels).
 
+    A darker band within is the random part of 1σ, of errors that differ from direction to direction, where
+    others are common; upright lines are profile-likelihood intervals, where the fit has them.
     Wavelengths where an uncertainty is not known (at a bound, or not determined by the data) carry an open
     mark and no band; those that did not converge a cross.
     """
@@ -39,6 +42,16 @@ def parameter_spectra(fit: Fit) -> Figure:
     return figure
 
 
+def spectra_words(fit: Fit) -> str:
+    """Return what the bands and upright lines of `parameter_spectra` are."""
+    words = "Bands: 1σ."
+    if has_halves(fit):
+        words = (
+            "Bands: 1σ; darker within, its random part, of errors that differ from direction to direction."
+        )
+    return words + (" Upright lines: 68.3 % intervals by profile likelihood." if fit.intervals else "")
+
+
 def _parameter(axes: Axes, fit: Fit, name: str, bad: np.ndarray) -> None:
     wavelength, value, sigma = fit.wavelength, fit.parameters[name], fit.sigma[name]
     known = np.isfinite(value) & np.isfinite(sigma)
@@ -47,6 +60,11 @@ def _parameter(axes: Axes, fit: Fit, name: str, bad: np.ndarray) -> None:
     axes.fill_between(wavelength, value - band, value + band, color=BLUE, alpha=0.25, linewidth=0)
     if len(wavelength) <= FEW:
         axes.errorbar(wavelength, value, np.nan_to_num(band), color=BLUE, fmt="o", markersize=3, capsize=2)
+    if has_halves(fit):
+        random = half_sigma(fit, False)[:, fit.model.names.index(name)]
+        axes.fill_between(wavelength, value - random, value + random, color=BLUE, alpha=0.25, linewidth=0)
+    if name in fit.intervals:
+        axes.vlines(wavelength, *fit.intervals[name].T, color=BLACK, linewidth=0.8)
     unknown = np.isfinite(value) & ~np.isfinite(sigma)
     axes.plot(
         wavelength[unknown],
@@ -66,7 +84,11 @@ def _parameter(axes: Axes, fit: Fit, name: str, bad: np.ndarray) -> None:
     if known.any():
         low, high = np.nanmin(value), np.nanmax(value)
         reach = max(high - low, 3.0 * float(np.nanmedian(sigma[known])), 1e-9 * abs(high), 1e-30)
-        axes.set_ylim(low - 0.6 * reach, high + 0.6 * reach)
+        low, high = low - 0.6 * reach, high + 0.6 * reach
+        if name in fit.intervals and np.isfinite(fit.intervals[name]).all(axis=1).any():
+            lower, upper = np.nanpercentile(fit.intervals[name], [10.0, 90.0], axis=0)[[0, 1], [0, 1]]
+            low, high = min(low, lower), max(high, upper)
+        axes.set_ylim(low, high)
 
 
 def quality_spectra(fit: Fit) -> Figure:

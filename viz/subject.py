@@ -106,6 +106,33 @@ class Subject:
         model = self.fit.model
         return np.ravel(model.brdf(self.fit.vector[column][None, :], model.features(directions)))
 
+    @property
+    def sees(self) -> bool:
+        """Whether an instrument stands between the fitted surface and measured values."""
+        return self.fit is not None and self.fit.through is not None
+
+    def seen_values(self, column: int, rows: npt.NDArray[np.intp]) -> Array:
+        """Fit as the detector sees it in rows (K,) of the scan at one wavelength, (K,), 1/sr.
+
+        This is what compares with measured values; of a fit of points, the model there.
+        """
+        assert self.fit is not None
+        if self.fit.through is None:
+            return self.model_values(column, self.scan.directions[rows])
+        return np.asarray(self._observed[rows, column])
+
+    def seen_spectrum(self, row: int) -> Array:
+        """Fit as the detector sees it in a row of the scan at all wavelengths, (W,), 1/sr."""
+        assert self.fit is not None
+        if self.fit.through is None:
+            return np.asarray(self.fit.evaluate(self.scan.directions[np.array([row])])[0])
+        return np.asarray(self._observed[row])
+
+    @cached_property
+    def _observed(self) -> Array:
+        assert self.fit is not None
+        return self.fit.observed()
+
     def column(self, wavelength: float) -> int:
         """Place of the measured wavelength nearest to one in nm."""
         return int(np.abs(self.wavelength - wavelength).argmin())

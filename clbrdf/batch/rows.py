@@ -53,7 +53,8 @@ def rows_of(
 ) -> Rows:
     """Return the rows of a fit, with the time (W,) that each wavelength took.
 
-    A parameter ``ks`` has the columns ``ks`` and ``ks_sigma``, in the units of the model's table.
+    A parameter ``ks`` has the columns ``ks`` and ``ks_sigma``, and ``ks_lower`` and ``ks_upper``, the ends of
+    its interval, where the fit has one; in the units of the model's table.
     """
     columns: dict[str, npt.NDArray[Any] | str] = {
         "scan": stem,
@@ -68,6 +69,8 @@ def rows_of(
     for name in fit.model.names:
         columns[name] = np.asarray(fit.parameters[name])
         columns[f"{name}_sigma"] = np.asarray(fit.sigma[name])
+        if name in fit.intervals:
+            columns[f"{name}_lower"], columns[f"{name}_upper"] = np.asarray(fit.intervals[name]).T
     columns["milliseconds"] = np.asarray(milliseconds)
     columns["fit_file"] = f"{stem}.h5"
     columns["scan_sha256"], columns["fit_sha256"] = scan_sha256, fit_sha256

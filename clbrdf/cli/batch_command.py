@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from clbrdf.batch.request import Request
+from clbrdf.batch.request import InstrumentFile, Request
 from clbrdf.batch.tasks import Source
 from clbrdf.choose import RANKED_WAVELENGTHS
 from clbrdf.cli.console import print_table, progress_bar
+from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import JsonFile, Seed, fixed_map, name_list, pair_map
 from clbrdf.errors import InputError
 from clbrdf.fit import METHODS
 from clbrdf.models import DEFAULT_MODEL
-from clbrdf.storage.files import check_output, split_entry, whole_text
+from clbrdf.storage.files import check_apart, check_output, split_entry, whole_text
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -46,7 +47,12 @@ def command(
     fix: Texts = [],  # noqa: B006
     shared: Texts = [],  # noqa: B006
     smooth: float | None = None,
+    through: Path | None = None,
+    point: Flag = False,
     rtol: float | None = None,
+    monte_carlo: int | None = None,
+    gls: Flag = False,
+    profile: Flag = False,
     wavelengths: str = str(RANKED_WAVELENGTHS),
     force: Flag = False,
     json: JsonFile = None,
@@ -87,8 +93,19 @@ def command(
         names of parameters that are one number for all wavelengths of a scan
     smooth
         tie neighbouring wavelengths, as 'clbrdf fit' does
+    through
+        instrument file of all scans, as 'clbrdf fit' reads it; by default what each scan tells of its
+        own
+    point
+        take every direction as a point, whatever the scans say
     rtol
         take the cheapest search that brings E within this share of the optimum
+    monte_carlo
+        fit so many draws of what the values could have been, as 'clbrdf fit' does
+    gls
+        let the correlations of the scans' uncertainties count as weights, too, as 'clbrdf fit' does
+    profile
+        find intervals of the parameters by profile likelihood, as 'clbrdf fit' does
     wavelengths
         at how many wavelengths a choice is made, or all
     force
@@ -99,17 +116,16 @@ def command(
     from clbrdf.batch.run import run_batch
 
     if json is not None:
+        check_apart([json], [*scans, *([] if through is None else [through])])
         check_output(json, overwrite=True)
     if workers is not None and workers < 1:
         raise InputError(f"--workers {workers}: give 1 or more")
     if workers is not None and scheduler is not None:
         raise InputError("--workers counts processes on this machine; leave it out, or --scheduler")
-    _check_choice(
-        choose,
-        models,
-        wavelengths,
-        (("--shared", shared), ("--smooth", smooth), ("--rtol", rtol), ("--bounds", bounds)),
-    )
+    of_fit = {"--shared": shared, "--smooth": smooth, "--rtol": rtol, "--bounds": bounds}
+    of_fit |= {"--monte-carlo": monte_carlo, "--gls": gls or None, "--profile": profile or None}
+    _check_choice(choose, models, wavelengths, of_fit)
+    told_instrument(through, point)
     sources = _sources(scans)
     request = Request(
         model="" if choose else model,
@@ -128,6 +144,11 @@ def command(
         choose=choose,
         models=models,
         wavelengths=wavelengths if choose else "",
+        through=None if through is None else InstrumentFile.read(through, smooth is not None),
+        point=point,
+        monte_carlo=monte_carlo,
+        gls=gls,
+        profile=profile,
     )
     load_dask()
     begun = time.perf_counter()
@@ -188,13 +209,11 @@ def _fixed(texts: list[str]) -> dict[str, float]:
     return values
 
 
-def _check_choice(
-    choose: bool, models: str | None, wavelengths: str, others: Sequence[tuple[str, object]]
-) -> None:
+def _check_choice(choose: bool, models: str | None, wavelengths: str, others: Mapping[str, object]) -> None:
     """Raise InputError where options of a choice and of a fit are mixed."""
     if not choose and models is not None:
         raise InputError("--models names the candidates of a choice; add --choose, or give one --model")
-    for name, value in others:
+    for name, value in others.items():
         if choose and value not in (None, []):
             raise InputError(f"{name} is of a fit; leave it out with --choose")
     if not (

@@ -76,7 +76,7 @@ def command(
     seed
         of the random numbers
     through
-        instrument file, as 'clbrdf fit' reads it; by default what the scan says of its own receiver
+        instrument file, as 'clbrdf fit' reads it; by default what the scan tells of its own
     point
         take every direction as a point, whatever the scan says
     force
@@ -125,6 +125,7 @@ def command(
         point=point,
     )
     hashes = {f"spectrum_{k}_sha256": sha256(path) for k, path in enumerate(spectra)}
+    hashes |= {} if through is None else {"through_sha256": sha256(through)}
     said = choice.weights if weights in (None, *WEIGHTS) else weights
     told = {**hashes, **choice.fit.provenance, "weights": said}
     choice = replace(choice, fit=replace(choice.fit, provenance=made_by("choose", [scan], options, told)))

@@ -101,7 +101,7 @@ def command(
         10 nm, for instance 0.01; off by default
     through
         instrument file: aperture, beam, footprint, misalignment, bandwidth as in a scene's [effects]; what is
-        fitted is then what the detector sees. By default what the scan says of its own receiver
+        fitted is then what the detector sees. By default what the scan tells of its own instrument
     point
         take every direction as a point, whatever the scan says
     rtol

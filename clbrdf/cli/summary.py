@@ -21,6 +21,7 @@ from clbrdf.fit.tables import (
     tables,
 )
 from clbrdf.scan import Scan
+from clbrdf.scan.effects import effect_rows
 
 MOST_REMARKS = 12
 """Remarks on a fit that are printed."""
@@ -40,6 +41,7 @@ def print_scan(title: str, scan: Scan) -> None:
         rows.append(["bandpass", f"{_span(scan.bandpass)} nm"])
     if scan.solid_angle is not None:
         rows.append(["receiver", f"{_span(scan.solid_angle)} sr"])
+    rows += [[name, text] for name, text in effect_rows(scan.effects)]
     if {scan.source_polarisation, scan.detector_polarisation} != {"unknown"}:
         rows.append(["polarisation", f"{scan.source_polarisation} in, {scan.detector_polarisation} out"])
     good = ~scan.mask

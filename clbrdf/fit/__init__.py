@@ -28,7 +28,7 @@ from clbrdf.fit.montecarlo import check_draws
 from clbrdf.fit.montecarlo import monte_carlo as propagate
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.records import STATUSES, Search, Setup
-from clbrdf.fit.requests import check_number, check_range, reflection_of, whole_seed
+from clbrdf.fit.requests import check_number, check_range, check_together, reflection_of, whole_seed
 from clbrdf.fit.result import Fit
 from clbrdf.fit.shared import follow_shared, shared_names, solve_shared
 from clbrdf.fit.smooth import LEAST_CHANGE, start_each_other
@@ -118,7 +118,7 @@ def fit(
         parameters, and uncertainties hold with the penalty. None: every wavelength for itself.
     through : str, Path or Instrument
         What stands between the surface and the values: a file (`clbrdf.instrument.settings`), an
-        Instrument, "scan" for what the scan says of its own receiver, "point" to leave it out. The search
+        Instrument, "scan" for what the scan tells of its own, "point" to leave it out. The search
         is of points; the parameters are then polished on what the detector sees (`clbrdf.fit.through`).
     rtol : float, optional
         Largest excess of E over the optimum, relative, 1e-9 to 1: the cheapest of the method's searches is
@@ -176,23 +176,10 @@ def fit(
     chosen = get_model(model)
     given = given_parameters(scan, chosen, fix or {})
     in_common = shared_names(chosen, shared, tuple(given))
-    if in_common and smooth is not None:
-        raise InputError("shared and smooth both tie wavelengths; give one of them")
-    if in_common and rtol is not None:
-        raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
     check_draws(monte_carlo)
-    if monte_carlo is not None and (in_common or smooth is not None):
-        raise InputError(
-            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
-        )
-    by_sigma = isinstance(weights, str) and weights == "sigma"
-    if gls and (in_common or smooth is not None or monte_carlo is not None or not by_sigma):
-        raise InputError(
-            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
-            " shared, smooth and monte_carlo"
-        )
-    if profile and (in_common or smooth is not None or rtol is not None):
-        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
+    check_together(
+        weights, bool(in_common), smooth=smooth, rtol=rtol, monte_carlo=monte_carlo, gls=gls, profile=profile
+    )
     way = get_method(method, chosen, settings, frozenset({*given, *in_common}))
     rules = settings or way.settings()
     if rtol is not None and settings is not None:

@@ -46,6 +46,35 @@ def check_number(name: str, value: float | None, low: float, high: float) -> Non
         raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
 
 
+def check_together(
+    weights: object,
+    shared: bool,
+    *,
+    smooth: float | None,
+    rtol: float | None,
+    monte_carlo: int | None,
+    gls: bool,
+    profile: bool,
+) -> None:
+    """Raise InputError where options of a fit are given that do not go together."""
+    if shared and smooth is not None:
+        raise InputError("shared and smooth both tie wavelengths; give one of them")
+    if shared and rtol is not None:
+        raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+    if monte_carlo is not None and (shared or smooth is not None):
+        raise InputError(
+            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+        )
+    by_sigma = isinstance(weights, str) and weights == "sigma"
+    if gls and (shared or smooth is not None or monte_carlo is not None or not by_sigma):
+        raise InputError(
+            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
+            " shared, smooth and monte_carlo"
+        )
+    if profile and (shared or smooth is not None or rtol is not None):
+        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
+
+
 def check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:
     """Raise InputError where values to be fitted lie beyond all surfaces: their unit is another."""
     low, high = PLAUSIBLE

@@ -12,6 +12,7 @@ by a quarter as much as before, orders rise, and the polish begins again from wh
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -129,20 +130,22 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -
     if isinstance(told, str) and told == POINT:
         return None
     by_scan = isinstance(told, str) and told == SCAN
-    if by_scan and scan.solid_angle is None and (scan.bandpass is None or not smooth):
+    if by_scan and scan.solid_angle is None and not scan.effects and (scan.bandpass is None or not smooth):
         return None
     # Settings are classes of a library that loads slowly, and most fits need none.
     from clbrdf.instrument.bandwidth import Bandwidth
     from clbrdf.instrument.place import check_horizon
     from clbrdf.instrument.settings import Instrument, load_instrument
+    from clbrdf.storage.tomlfile import parse_json
 
     n, angle = len(scan), None
     if by_scan:
-        instrument, source, angle = Instrument(), "the scan file", own_angle(scan)
+        source, angle = "the scan file", own_angle(scan)
+        instrument = parse_json(json.dumps({k: dict(v) for k, v in scan.effects.items()}), Instrument, source)
         band = scan.bandpass
         apart = np.diff(scan.wavelength).max(initial=0.0)
         if smooth and band is not None and np.ptp(band) == 0.0 and band[0] >= apart > 0.0:
-            instrument = Instrument(bandwidth=Bandwidth(width=float(band[0])))
+            instrument = instrument.model_copy(update={"bandwidth": Bandwidth(width=float(band[0]))})
         if angle is None and not instrument.on():
             return None
     elif isinstance(told, Instrument):
@@ -154,14 +157,19 @@ def instrument_behind(scan: Scan, told: str | Path | Instrument, smooth: bool) -
     if instrument.aperture is not None:
         angle = np.full(n, instrument.aperture.angle)
     if instrument.bandwidth is not None:
-        if not smooth:
-            raise InputError(
-                f"{source}: bandwidth ties neighbouring wavelengths; add"
-                f" {advice('smooth=0.01', '--smooth 0.01')}, or leave bandwidth out"
-            )
+        check_bandwidth(instrument, source, smooth)
         slit_matrix(instrument.bandwidth, scan.wavelength)
     check_horizon(instrument, angle, scan.directions, source)
     return Through(instrument, source, angle, np.zeros((n, len(CONES)), dtype=np.uint8))
+
+
+def check_bandwidth(instrument: Instrument, source: str, smooth: bool) -> None:
+    """Raise InputError where a fit that is not smooth is told of a bandwidth."""
+    if instrument.bandwidth is not None and not smooth:
+        raise InputError(
+            f"{source}: bandwidth ties neighbouring wavelengths; add"
+            f" {advice('smooth=0.01', '--smooth 0.01')}, or leave bandwidth out"
+        )
 
 
 def own_angle(scan: Scan) -> Array | None:

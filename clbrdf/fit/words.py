@@ -63,11 +63,16 @@ def through_lines(fit: Fit) -> tuple[str, ...]:
     band = scan.bandpass is not None and (through is None or through.instrument.bandwidth is None)
     apart = ("the scan's bandpass is left out; smooth fits take one as wide as wavelengths are apart",)
     if through is None:
-        aperture = scan.solid_angle is not None
-        points = ("points; the aperture that the scan tells of is left out",)
-        return (*(points if aperture else ()), *(apart if band else ()))
+        told = [*scan.effects, *(["aperture"] if scan.solid_angle is not None else [])]
+        verb = "is" if len(told) == 1 else "are"
+        points = (f"points; the {listed(told)} that the scan tells of {verb} left out",)
+        return (*(points if told else ()), *(apart if band else ()))
     names = [f"{name} {_cone(through, name)}" for k, name in enumerate(CONES) if k in through.cones]
-    names += [name for name in through.instrument.on() if name not in (*CONES, "bandwidth")]
+    footprint, misalignment = through.instrument.footprint, through.instrument.misalignment
+    if footprint is not None:
+        names.append(f"footprint of {footprint.beam:.4g} mm in a field of {footprint.field:.4g} mm")
+    if misalignment is not None:
+        names.append(f"misalignment by a tilt of {misalignment.tilt:.4g}° and {misalignment.height:.4g} mm")
     if through.instrument.bandwidth is not None:
         names.append(f"bandwidth {through.instrument.bandwidth.width:.4g} nm")
     lines = [f"{', '.join(names)}, as {through.source} says"]

@@ -59,6 +59,23 @@ def observation_of(
     return Observation(Directions(*angles), owner[order], np.concatenate([part[2] for part in parts])[order])
 
 
+def above_horizon(
+    instrument: Instrument, angle: Array | None, directions: Directions
+) -> npt.NDArray[np.bool_]:
+    """Return where no cone reaches below the horizon, (N,); arguments are as of `observation_of`."""
+    lean, beam = instrument.misalignment, 0.0 if instrument.beam is None else instrument.beam.angle
+    full = np.zeros(len(directions)) if angle is None else angle
+    tilt = 0.0 if lean is None else lean.tilt
+    out = directions.theta_i + tilt + beam / 2.0 < LOWEST
+    out &= directions.theta_r + tilt + full / 2.0 < LOWEST
+    if lean is not None:
+        # A face that is too high hides itself from a detector that looks along it.
+        out &= lean.distance * np.cos(np.deg2rad(directions.theta_r + tilt)) > lean.height
+        true, _ = _true(instrument, directions[out])
+        out[out] = (true.theta_i + beam / 2.0 < LOWEST) & (true.theta_r + full[out] / 2.0 < LOWEST)
+    return np.asarray(out)
+
+
 def check_horizon(instrument: Instrument, angle: Array | None, directions: Directions, where: str) -> None:
     """Raise InputError where a cone reaches below the horizon, where no model has a value.
 

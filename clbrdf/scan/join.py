@@ -11,6 +11,7 @@ import numpy.typing as npt
 from clbrdf.errors import InputError
 from clbrdf.geometry import ANGLES
 from clbrdf.scan.component_join import joined_components
+from clbrdf.scan.effects import Effects, effect_rows
 from clbrdf.scan.flags import FLAGS, check_flag_names, translated
 from clbrdf.scan.rectangle import arrange
 from clbrdf.scan.storage import POLARISATIONS
@@ -26,8 +27,8 @@ def joined(parts: Parts) -> dict[str, Any]:
     Raises
     ------
     InputError
-        No scans; scans of bands and of wavelengths, of different polarisation, or with more reasons for
-        masking than a scan has bits.
+        No scans; scans of bands and of wavelengths, of different polarisation or effects, or with more
+        reasons for masking than a scan has bits.
     """
     if not parts:
         raise InputError("no scans to merge")
@@ -35,6 +36,9 @@ def joined(parts: Parts) -> dict[str, Any]:
         found = sorted({str(part[name]) for part in parts})
         if len(found) > 1:
             raise InputError(f"scans of different {name} ({', '.join(found)}) do not merge; keep them apart")
+    if any(part["effects"] != parts[0]["effects"] for part in parts):
+        different = dict.fromkeys(_effect_words(part["effects"]) for part in parts)
+        raise InputError(f"scans of different effects ({'; '.join(different)}) do not merge; keep them apart")
     if len({bool(part["bands"]) for part in parts}) > 1:
         raise InputError("scans of bands and scans of wavelengths do not merge; keep them apart")
     own = dict.fromkeys(name for part in parts for name in part["flag_names"] if name not in FLAGS)
@@ -47,12 +51,16 @@ def joined(parts: Parts) -> dict[str, Any]:
     return {
         **text,
         **axis,
-        **{name: parts[0][name] for name in POLARISATIONS},
+        **{name: parts[0][name] for name in (*POLARISATIONS, "effects")},
         "flag_names": names,
         "provenance": _provenance([part["provenance"] for part in parts]),
         "bandpass": _bandpass(parts, places, len(axis["wavelength"])),
         **_values(parts, places, len(axis["wavelength"]), names),
     }
+
+
+def _effect_words(effects: Effects) -> str:
+    return ", ".join(f"{name} of {settings}" for name, settings in effect_rows(effects)) or "none"
 
 
 def _columns(parts: Parts) -> tuple[dict[str, Any], list[npt.NDArray[np.intp]]]:

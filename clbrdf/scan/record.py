@@ -16,13 +16,14 @@ from clbrdf.records import Record, frozen_map, html_table
 from clbrdf.scan.average import averaged
 from clbrdf.scan.check import checked_bands, checked_wavelength, matrix, widths
 from clbrdf.scan.component import Component, checked_components, random_part, root_sum
+from clbrdf.scan.effects import Effects, checked_effects
 from clbrdf.scan.flags import FLAGS, check_flag_names, counted, flag_unusable
 from clbrdf.scan.frame import to_dataframe, to_xarray
 from clbrdf.scan.join import joined
 from clbrdf.scan.rectangle import group_numbers
 from clbrdf.scan.select import Index, in_columns, in_rows, picked, selected
 from clbrdf.scan.storage import POLARISATIONS, read_frame, write_scan
-from clbrdf.scan.told import main_rows, one_line
+from clbrdf.scan.told import main_rows, one_line, title_of
 from clbrdf.storage import hdf5
 
 if TYPE_CHECKING:
@@ -72,13 +73,15 @@ class Scan(Record):
         Of the receiver as seen from the sample, sr; NaN where unknown. A number stands for all directions.
     bandpass : (W,) float64 or None
         Full width at half maximum, nm; NaN where unknown. A number stands for all wavelengths.
+    effects : mapping of str to mapping of str to float or bool
+        Others that a fit can take out, with a scene's names and settings (`clbrdf.scan.effects`).
     components : tuple of Component
         Of the uncertainty, with what their errors have in common; empty where nothing is known of it.
 
     Raises
     ------
     InputError
-        Shapes that do not agree, angles or wavelengths out of range or out of order.
+        Shapes that do not agree, angles or wavelengths out of range or out of order, unknown effects.
 
     Examples
     --------
@@ -105,6 +108,7 @@ class Scan(Record):
     solid_angle: Array | None = None
     bandpass: Array | None = None
     components: tuple[Component, ...] = ()
+    effects: Effects = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         angles = checked_angles(*(getattr(self, name) for name in ANGLES))
@@ -133,6 +137,7 @@ class Scan(Record):
         given = np.zeros(shape, np.uint32) if self.flags is None else self.flags
         self._set("flags", flag_unusable(self.brdf, matrix("flags", given, shape, np.uint32), self.sigma))
         object.__setattr__(self, "provenance", frozen_map(self.provenance))
+        object.__setattr__(self, "effects", checked_effects(self.effects))
         for name in POLARISATIONS:
             if getattr(self, name) not in POLARISATION:
                 raise InputError(f"{name} is {getattr(self, name)!r}; give one of {', '.join(POLARISATION)}")
@@ -309,7 +314,7 @@ class Scan(Record):
         Raises
         ------
         InputError
-            No scans; scans of bands and of wavelengths, or of different polarisation.
+            No scans; scans of bands and of wavelengths, of different polarisation, or of different effects.
         """
         return cls(**joined([{f.name: getattr(scan, f.name) for f in fields(scan)} for scan in scans]))
 
@@ -393,8 +398,3 @@ class Scan(Record):
             Something is missing.
         """
         return cls(**read_frame(entry))
-
-
-def title_of(scan: Scan) -> str:
-    """Return the title of an entry."""
-    return f"BRDF of {scan.sample or 'a sample'}"

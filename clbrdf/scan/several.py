@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from clbrdf.errors import InputError
-from clbrdf.scan.record import Scan, title_of
+from clbrdf.scan.record import Scan
+from clbrdf.scan.told import title_of
 from clbrdf.storage import hdf5
 from clbrdf.storage.files import split_entry
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from clbrdf.geometry import ANGLES
 from clbrdf.scan.component_storage import component_items, read_components, read_old_parts, write_components
+from clbrdf.scan.effects import read_effects, write_effects
 from clbrdf.scan.flags import FLAGS
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import (
@@ -106,6 +107,7 @@ def write_scan(entry: h5py.Group, scan: Scan) -> None:
     for name in POLARISATIONS:
         if getattr(scan, name) != "unknown":
             entry["instrument"].attrs[name] = getattr(scan, name)
+    write_effects(entry["instrument"], scan.effects)
     hdf5.write_mapping(entry, "provenance", scan.provenance)
 
 
@@ -116,7 +118,7 @@ def read_frame(entry: h5py.Group) -> dict[str, Any]:
     ------
     InputError
         Arrays that do not belong together, of another type, larger than what the file stores, or without
-        a known unit; texts that are none.
+        a known unit; texts that are none; effects that this version does not know.
     KeyError
         Something is missing.
     """
@@ -143,5 +145,6 @@ def read_frame(entry: h5py.Group) -> dict[str, Any]:
         **{name: text_attribute(entry["instrument"], name, "unknown") for name in POLARISATIONS},
         "solid_angle": arrays.get("solid_angle"),
         "bandpass": arrays.get("bandpass"),
+        "effects": read_effects(entry["instrument"]),
         "components": read_components(data, arrays) or read_old_parts(entry, arrays["brdf"]),
     }

@@ -35,3 +35,8 @@ def main_rows(scan: Scan) -> dict[str, str]:
         "uncertainties": "none" if scan.sigma is None else f"{np.isfinite(scan.sigma).sum()} values",
         "masked": f"{int(scan.mask.sum())} of {scan.brdf.size} values",
     }
+
+
+def title_of(scan: Scan) -> str:
+    """Return the title of an entry."""
+    return f"BRDF of {scan.sample or 'a sample'}"

@@ -14,6 +14,7 @@ from clbrdf.instrument.misalignment import misaligned
 from clbrdf.opencl.device import Device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Component, Correlation, Scan
+from clbrdf.scan.effects import SETTINGS
 from clbrdf.scan.flags import FLAGS
 from clbrdf.scene.block import Block
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate
@@ -192,6 +193,7 @@ def simulate(
         instrument=instrument(scene),
         solid_angle=solid,
         bandpass=bandpass,
+        effects=told_effects(scene),
         components=components_of(scene, 0.0 if noise is None else noise),
         provenance={"made_by": "clbrdf simulate", "seed": str(scene.seed)},
     )
@@ -244,6 +246,19 @@ def receiver(scene: Scene, directions: int) -> tuple[Array | None, Array | None]
         None if aperture is None else np.full(directions, solid_angle(aperture.angle)),
         None if bandwidth is None else np.full(len(scene.wavelength), bandwidth.width),
     )
+
+
+def told_effects(scene: Scene) -> dict[str, dict[str, float | bool]]:
+    """Return the other effects that a scan tells of and a fit can take out, with their settings."""
+    out = {}
+    for name, known in SETTINGS.items():
+        effect = getattr(scene.effects, name)
+        if effect is not None:
+            out[name] = {key: getattr(effect, key) for key in known}
+    lean = scene.effects.misalignment
+    if lean is not None and lean.tilt == 0.0 and lean.height == 0.0:
+        del out["misalignment"]  # nothing but where stages stop, which is noise
+    return out
 
 
 def instrument(scene: Scene) -> str:

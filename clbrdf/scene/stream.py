@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from clbrdf.progress import Report, silent
 from clbrdf.scan.component_storage import write_components
+from clbrdf.scan.effects import checked_effects, write_effects
 from clbrdf.scan.flags import FLAGS, flag_unusable
 from clbrdf.scan.storage import write_frame
 from clbrdf.scene.block import Block
@@ -27,6 +28,7 @@ from clbrdf.scene.simulate import (
     instrument,
     noise_of,
     receiver,
+    told_effects,
 )
 from clbrdf.storage import hdf5
 
@@ -118,6 +120,7 @@ def _begin(entry: h5py.Group, setting: Setting, dtype: npt.DTypeLike) -> dict[st
     zero = np.zeros(len(nominal))
     angles = {"theta_i": nominal.theta_i, "phi_i": zero, "theta_r": nominal.theta_r, "phi_r": nominal.phi}
     data = write_frame(entry, angles, setting.wavelength, scene.sample, instrument(scene))
+    write_effects(entry["instrument"], checked_effects(told_effects(scene)))
     shape = (len(nominal), len(scene.wavelength))
     solid, bandpass = receiver(scene, shape[0])
     if solid is not None:

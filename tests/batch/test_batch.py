@@ -9,12 +9,13 @@ import signal
 import threading
 import time
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from clbrdf import Fit
+from clbrdf import Fit, Scan
 from clbrdf.batch import tasks
 from clbrdf.batch.cluster import look_at_workers
 from clbrdf.batch.folder import open_catalogue
@@ -66,6 +67,7 @@ def files_of(folder):
             "0.01",
         ),
         ("--model", "ggx+lambert", "--shared", "ggx.alpha"),
+        ("--model", "ggx+lambert", "--fix", "ggx.F90=1", "--profile", "--monte-carlo", "100"),
     ],
 )
 def test_files_are_those_of_single_fits_byte_for_byte(run, scans, address, tmp_path, options):
@@ -76,6 +78,65 @@ def test_files_are_those_of_single_fits_byte_for_byte(run, scans, address, tmp_p
     for scan in scans[:2]:
         assert run("fit", scan, "-o", tmp_path / scan.name, *options)[0] == 0
         assert (folder / scan.name).read_bytes() == (tmp_path / scan.name).read_bytes()
+
+
+@pytest.fixture(scope="module")
+def telling(scans, tmp_path_factory):
+    """A scan that tells of its receiver's solid angle, that of a cone of 4 degrees."""
+    scan = Scan.open(scans[0])
+    scan = scan.rows(scan.theta_r < 80.0)
+    path = tmp_path_factory.mktemp("telling") / "telling.h5"
+    replace(scan, solid_angle=np.full(len(scan), np.pi * np.sin(np.deg2rad(2.0)) ** 2)).save(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "the scan file"),
+        (("--through", "{file}"), "instrument.toml"),
+        (("--through", "{slit}", "--smooth", "0.01"), "slit.toml"),
+        (("--point",), None),
+        (
+            ("--choose", "--models", "lambert,ggx+lambert", "--wavelengths", "1", "--through", "{file}"),
+            "instrument.toml",
+        ),
+    ],
+)
+def test_fits_through_the_instrument_are_single_fits_byte_for_byte(
+    run, telling, address, tmp_path, options, said
+):
+    (tmp_path / "instrument.toml").write_text("[aperture]\nangle = 3.0\n[footprint]\nbeam = 4\nfield = 12\n")
+    (tmp_path / "slit.toml").write_text("[aperture]\nangle = 3.0\n[bandwidth]\nwidth = 100.0\n")
+    names = {"file": tmp_path / "instrument.toml", "slit": tmp_path / "slit.toml"}
+    options = [word.format(**names) for word in options]
+    folder = tmp_path / "catalogue"
+    model = () if "--choose" in options else ("--model", "ggx+lambert")
+    status, _, err = run("batch", telling, "-o", folder, "--scheduler", address, *model, *options)
+    assert (status, err) == (0, "")
+    single = [word for word in options if word != "--choose"]
+    command = "choose" if "--choose" in options else "fit"
+    assert run(command, telling, "-o", tmp_path / "one.h5", *model, *single)[0] == 0
+    assert (folder / "telling.h5").read_bytes() == (tmp_path / "one.h5").read_bytes()
+    behind = Fit.open(folder / "telling.h5").through
+    assert (None if behind is None else behind.source) == said
+
+
+def test_an_instrument_file_that_changes_makes_another_batch(run, telling, address, tmp_path):
+    path, folder = tmp_path / "instrument.toml", tmp_path / "catalogue"
+    words = ("batch", telling, "-o", folder, "--scheduler", address, "--resume", "--through", path)
+    path.write_text("[aperture]\nangle = 3.0\n")
+    assert run(*words, "--model", "lambert")[0] == 0
+    status, out, _ = run(*words, "--model", "lambert")
+    assert status == 0
+    assert "scans done before" in out
+    path.write_text("[aperture]\nangle = 3.5\n")
+    status, _, err = run(*words, "--model", "lambert")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "holds another batch, with through 'instrument.toml of SHA-256" in err
+    status, _, err = run(*words[:-2], "--model", "lambert", "--point")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "another batch, with through" in err
 
 
 def test_choices_are_those_of_single_choices(run, scans, address, tmp_path):
@@ -252,6 +313,14 @@ def test_a_worker_without_a_device_is_left_out(scans, tmp_path):
         (("{scan}", "--fix", "n=n.csv"), "a batch takes a number here"),
         (("{scan}", "--choose", "--smooth", "0.1"), "--smooth is of a fit"),
         (("{scan}", "--models", "ggx"), "add --choose"),
+        (("{scan}", "--through", "{absent}"), "absent.toml: no such file"),
+        (("{scan}", "--through", "{empty}"), "empty.toml: no geometry in it; name an effect"),
+        (("{scan}", "--through", "{slit}"), "slit.toml: bandwidth ties neighbouring wavelengths; add smooth"),
+        (("{scan}", "--through", "{slit}", "--point"), "--point and --through say two things"),
+        (("{scan}", "--through", "{slit}", "--json", "{slit}"), "slit.toml"),
+        (("{scan}", "--monte-carlo", "5"), "monte_carlo is 5; give 100 to"),
+        (("{scan}", "--profile", "--smooth", "0.1"), "profile asks each wavelength at its optimum"),
+        (("{scan}", "--choose", "--profile"), "--profile is of a fit"),
         (("{scan}", "-o", "{full}"), "holds other files"),
         (("{scan}", "-o", "{scan}"), "is a file; name a folder"),
     ],
@@ -260,7 +329,10 @@ def test_mistakes(run, scans, tmp_path, words, said, monkeypatch):
     monkeypatch.setattr("clbrdf.batch.cluster.ANSWER_TIME", 1.0)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "letter.txt").write_text("mine")
-    names = {"scan": scans[0], "full": tmp_path / "full"}
+    (tmp_path / "empty.toml").write_text("")
+    (tmp_path / "slit.toml").write_text("[bandwidth]\nwidth = 2.4\n")
+    names = {name: tmp_path / f"{name}.toml" for name in ("absent", "empty", "slit")}
+    names |= {"scan": scans[0], "full": tmp_path / "full"}
     words = [word.format(**names) for word in words]
     output = () if "-o" in words else ("-o", tmp_path / "catalogue")
     status, out, err = run("batch", *words, *output)

@@ -57,6 +57,7 @@ def scan() -> Scan:
         *(theta_i, 0.0, theta_r, 180.0, [450.0, 650.0], values),
         sigma=0.05 * values, sample="foil", instrument="made", provenance={"made_by": "a test"},
         solid_angle=1e-3, bandpass=5.0,
+        effects={"beam": {"angle": 0.5, "focussed": True}, "footprint": {"beam": 4.0, "field": 9.0}},
     )  # fmt: skip
 
 

@@ -88,6 +88,10 @@ def test_what_a_scene_puts_in_a_fit_takes_out(effects, device):
     # What is compared with the data is what the detector sees; the noise is 0.2 % and not there.
     np.testing.assert_allclose(found.observed(), scan.brdf, rtol=2e-4)
     np.testing.assert_allclose(found.predict_seen(scan), scan.brdf, rtol=2e-4)
+    # And what it tells of itself is the same.
+    own = fitted(scan, "scan")
+    assert own.through.source == "the scan file"
+    np.testing.assert_allclose(own.vector, found.vector, rtol=1e-9)
 
 
 def test_a_scan_that_tells_of_its_aperture_is_fitted_through_it(device):

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError, Scan
+from clbrdf.fit.carried import Part
 from clbrdf.viz import demo_pictures, graphics, report, write_report
 from clbrdf.viz.curves import measured_and_model, spectral_map
 from clbrdf.viz.report_parts import figure as drawn_figure
-from clbrdf.viz.report_words import warning_lines
-from clbrdf.viz.spectra import parameter_spectra, quality_spectra
+from clbrdf.viz.report_words import fit_table, warning_lines
+from clbrdf.viz.spectra import parameter_spectra, quality_spectra, spectra_words
 from tests.planted import with_parameters, with_part
 from tests.viz.conftest import FOIL, all_masked, fit_of
 
@@ -94,6 +95,32 @@ def test_figures_show_the_fit(foil):
     np.testing.assert_array_equal(left.get_lines()[0].get_ydata(), foil.fit.objective)
     assert len(right.get_lines()) == 3
     np.testing.assert_allclose(right.get_lines()[0].get_ydata(), 6.0)
+
+
+def test_intervals_and_both_parts_of_1_sigma(foil):
+    sigma, vector = foil.fit.estimate.sigma, foil.fit.vector
+    halves = [
+        Part(name, "", (share * sigma)[:, :, None] ** 2 * np.eye(6), np.zeros((0, *sigma.shape)), common)
+        for name, share, common in (("noise", 0.6, False), ("panel", 0.8, True))
+    ]
+    fit = with_part(foil.fit, "estimate", parts=tuple(halves), lower=vector - sigma, upper=vector + 2 * sigma)
+    names, rows = fit_table(fit)
+    place = names.index("ks")
+    assert names[place : place + 6] == ["ks", *(f"ks_{e}" for e in PARTS)]
+    j = fit.model.names.index("ks")
+    expected = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 1.0])[:, None] * vector[:, j]
+    expected += np.array([0.0, 1.0, 0.6, 0.8, -1.0, 2.0])[:, None] * sigma[:, j]
+    np.testing.assert_allclose([row[place : place + 6] for row in rows], expected.T, rtol=1e-12)
+    assert fit_table(foil.fit)[0][1:3] == ["a", "a_sigma"]
+    axes = next(a for a in parameter_spectra(fit).axes if a.get_ylabel() == "ks")
+    ends = [segment[:, 1] for segment in axes.collections[-1].get_segments()]
+    np.testing.assert_allclose(ends, np.array([vector - sigma, vector + 2 * sigma])[:, :, j].T)
+    assert "its random part" in spectra_words(fit)
+    assert "68.3 % intervals" in spectra_words(fit)
+    assert spectra_words(foil.fit) == "Bands: 1σ."
+
+
+PARTS = ("sigma", "sigma_random", "sigma_common", "lower", "upper")
 
 
 def test_unknown_uncertainties_are_marked(foil):

@@ -83,6 +83,9 @@ function drawCut(panel, view) {
     const good = s.usable(n, state.column);
     main.dot(t, s.measured(n, state.column) / per(t), s.error(n, state.column) / per(t), { cross: !good });
   }
+  if (view.seen && s.detector.words) {
+    for (const [t, n] of rows) main.dot(t, view.seen(n) / per(t), NaN, { colour: "var(--accent)", ring: true, size: 4.2 });
+  }
   if (!rows.length) main.note(view.f ? "" : "nothing measured in this plane");
   let html = main.svg();
   if (view.f) {
@@ -99,10 +102,12 @@ function drawCut(panel, view) {
     });
     for (const [t, n] of rows) if (of.has(n)) below.dot(t, of.get(n), NaN);
     below.upright(state.thetaR);
-    if (!shown.length) below.note("no point in this plane");
+    if (!shown.length) below.note(view.seen ? "no point in this plane" : "not known for parameters set by hand");
     html += below.svg();
   }
   panel.figure.innerHTML = html;
+  const rings = s.model && s.detector.words ? " Rings: the model as the detector sees it in each measured direction; residuals are against these." : "";
+  panel.help.textContent = `Points with ±σ: measured; line and band: ${rings ? "the surface's " : ""}model ±1σ of its parameters; grey: beyond what was measured.${rings} Click to move the cursor.`;
   panel.pick = (px) => {
     const t = lo + ((px - main.area.left) / main.area.width) * (hi - lo);
     return Math.abs(t) <= 89.99 ? t : null;
@@ -114,14 +119,18 @@ function cutTable(view) {
   const rows = [];
   for (const [t, v, e] of modelInPlane(view)) {
     const [thetaR, phi] = sideOf(state, t);
-    rows.push([thetaR, phi, NaN, NaN, v, e, ""]);
+    rows.push([thetaR, phi, NaN, NaN, v, e, ...seenCell(view, -1), ""]);
   }
   for (const [t, n] of rowsInPlane(view)) {
     const [thetaR, phi] = [Math.abs(t), s.phi[n] < 0 ? s.phi[n] + 360 : s.phi[n]];
     const model = view.f ? view.f(state.thetaI, state.phiI, thetaR, phi) : NaN;
-    rows.push([thetaR, phi, s.measured(n, state.column), s.error(n, state.column), model, NaN, reason(s, n, state.column)]);
+    rows.push([thetaR, phi, s.measured(n, state.column), s.error(n, state.column), model, NaN, ...seenCell(view, n), reason(s, n, state.column)]);
   }
-  return { names: ["theta_r_deg", "phi_deg", "measured_per_sr", "sigma_per_sr", "model_per_sr", "model_sigma_per_sr", "masked"], rows, remarks: view.remarks };
+  return { names: ["theta_r_deg", "phi_deg", "measured_per_sr", "sigma_per_sr", "model_per_sr", "model_sigma_per_sr", ...seenName(view), "masked"], rows, remarks: view.remarks };
 }
+
+// The column of a table for what the detector sees, where an instrument stands between; and a cell of it.
+const seenName = ({ s }) => (s.model && s.detector.words ? ["seen_per_sr"] : []);
+const seenCell = (view, row) => seenName(view).map(() => (view.seen && row >= 0 ? view.seen(row) : NaN));
 
 const reason = (s, n, column) => (s.usable(n, column) ? "" : s.flag_names[s.flags[s.at(n, column)] - 1].replaceAll("_", " "));

@@ -24,6 +24,7 @@ SCRIPTS = (
     "angles.js",
     "words.js",
     "surface.js",
+    "detector.js",
     "subject.js",
     "state.js",
     "colours.js",

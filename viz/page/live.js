@@ -2,7 +2,7 @@
 
 const STEPS = 400;
 const COURSE = 41;
-const MOST_FOR_COURSES = 4000;
+const MOST_FOR_COURSES = 12000;
 
 // From a slider's place in [0, 1] to a value, and back.
 function slideOf(row, bounds) {
@@ -58,8 +58,17 @@ function makeLive(panel, act) {
         verdict.textContent = "Nothing is fitted at this wavelength.";
         return;
       }
-      const [here, least] = [s.objective(view.p, state.column), s.objective(best, state.column)];
-      verdict.innerHTML = `E = <b data-value="${here}">${number(here, 6)}</b>${state.live ? ` &nbsp; at the optimum ${number(least, 6)}, ${number(here / least, 4)} times less` : " at the optimum"}${s.fit.thinned ? ", over the directions in this page" : ""}`;
+      panel.help.textContent = hasCourses(s)
+        ? "Curves: ln E along each parameter with the others as they are; solid mark: here, dashed: the optimum."
+        : `Without curves of E: ${s.detector.why || `${s.detector.count} directions or nodes are too many for them`}.`;
+      const least = s.objective(best, state.column, false);
+      const here = state.live ? s.objective(view.p, state.column) : least;
+      const over = s.fit.thinned ? ", over the directions in this page" : "";
+      if (state.live && s.detector.why) {
+        verdict.textContent = `E at the optimum is ${number(least, 6)}${over}. For parameters set by hand it is not computed here: ${s.detector.why}.`;
+      } else {
+        verdict.innerHTML = `E = <b data-value="${here}">${number(here, 6)}</b>${state.live ? ` &nbsp; at the optimum ${number(least, 6)}, ${number(here / least, 4)} times less` : " at the optimum"}${over}`;
+      }
       inputs.forEach((input, j) => {
         if (!input) return;
         if (document.activeElement !== input.range) input.range.value = STEPS * Math.max(0, Math.min(1, input.slide.place(view.p[j])));
@@ -81,6 +90,9 @@ function courseOf(view, row, j, bounds) {
   });
 }
 
+// Whether E is known along the parameters, and quick enough to follow a slider.
+const hasCourses = (s) => !s.detector.why && s.detector.count <= MOST_FOR_COURSES;
+
 const boundsOf = (s) => s.fit.bounds || s.model.parameters.map((p) => p.bounds);
 
 function liveTable(view) {
@@ -89,8 +101,8 @@ function liveTable(view) {
   const rows = [];
   s.model.parameters.forEach((row, j) => {
     if (!best || row.given === "wavelength") return;
-    rows.push([row.name, "here", view.p[j], s.objective(view.p, state.column)], [row.name, "optimum", best[j], s.objective(best, state.column)]);
-    if (s.count > MOST_FOR_COURSES) return;
+    rows.push([row.name, "here", view.p[j], s.objective(view.p, state.column, !!state.live)], [row.name, "optimum", best[j], s.objective(best, state.column, false)]);
+    if (!hasCourses(s)) return;
     for (const [value, lnE] of courseOf(view, row, j, boundsOf(s)[j])) rows.push([row.name, "along", value, Math.exp(lnE)]);
   });
   return { names: ["parameter", "place", "value", "E"], rows, remarks: view.remarks };
@@ -99,7 +111,7 @@ function liveTable(view) {
 // The floor of the course is why the optimum is where it is.
 function courseSvg(view, input, j, best) {
   const { s } = view;
-  if (s.count > MOST_FOR_COURSES) return "";
+  if (!hasCourses(s)) return "";
   const values = courseOf(view, input.row, j, boundsOf(s)[j]).map(([, v]) => v);
   const good = values.filter(Number.isFinite);
   if (good.length < 2) return "";

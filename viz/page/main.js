@@ -114,18 +114,20 @@ function openPage(functions) {
 // Everything that panels need of a state.
 function lookAt(state, subjects, quick) {
   const s = subjects[state.subject];
-  const view = { state, s, subjects, quick, f: null, p: null, uncertainty: null };
+  const view = { state, s, subjects, quick, f: null, p: null, uncertainty: null, seen: null };
   const best = s.model ? s.parameters(state.column) : null;
   if (best) {
     view.p = state.live || best;
     view.f = s.surface.of(view.p);
+    // What the detector sees of it, by row.
+    view.seen = s.detector.values(view.p, state.column, !!state.live);
     if (!state.live && s.hasSigma(state.column)) view.uncertainty = s.surface.uncertainty(best, s.parameterSigma(state.column), s.correlation(state.column));
   }
   view.reference = referenceOf(state, subjects);
   view.scale = makeScale(view);
   view.deviations = deviations(view);
   const place = `theta_i ${state.thetaI} deg, phi_i ${state.phiI} deg, ${s.labels[state.column]}`;
-  view.remarks = [s.name, ...(s.model ? [`model ${s.model.name}${state.live ? " with parameters set by hand" : ""}`] : []), place, ...s.words];
+  view.remarks = [s.name, ...(s.model ? [`model ${s.model.name}${state.live ? " with parameters set by hand" : ""}`] : []), place, ...s.words, ...(s.model && s.detector.words ? [s.detector.words] : [])];
   if (view.p) view.remarks.push(s.model.parameters.map((p, j) => `${p.name} = ${view.p[j]}`).join(", "));
   return view;
 }
@@ -307,8 +309,10 @@ function showReadout(view) {
   if (there && s.usable(near.row, state.column)) {
     const [f, e] = [s.measured(near.row, state.column), s.error(near.row, state.column)];
     html.push(item("measured_per_sr", "measured", f, Number.isFinite(e) ? ` ± ${number(e, 3)} 1/sr` : " 1/sr", 7));
-    if (view.f) {
-      const gap = f - view.f(state.thetaI, state.phiI, state.thetaR, state.phi);
+    if (view.seen) {
+      const seen = view.seen(near.row);
+      const gap = f - seen;
+      if (s.detector.words) html.push(item("seen_per_sr", "seen", seen, " 1/sr", 7));
       html.push(item("deviation_percent", "deviation", (100 * gap) / f, Number.isFinite(gap / e) ? ` %, ${number(gap / e, 3)} σ` : " %", 3));
     }
   } else {
@@ -332,6 +336,9 @@ function showAbout(host, s) {
     `<h2>Warnings</h2>${lines.length ? `<ul class="warnings">${lines.map((l) => `<li>${escapeText(l)}</li>`).join("")}</ul>` : "<p>None.</p>"}` +
     `<h2>What this is</h2>${pairs(s.summary)}${colour.map((l) => `<p>${escapeText(l)}</p>`).join("")}` +
     `<h2>Provenance</h2>${s.provenance.length ? pairs(s.provenance) : "<p>The file names none.</p>"}`;
+  const seen = document.getElementById("seen");
+  seen.textContent = s.model ? s.detector.words : "";
+  seen.hidden = !seen.textContent;
   document.getElementById("name").textContent = s.name;
   const count = document.getElementById("count");
   count.textContent = `${counted(s.count, "direction")} × ${counted(s.columns, s.nm ? "wavelength" : "band")}${s.model ? `, model ${s.model.name}` : ", not fitted"}`;

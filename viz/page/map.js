@@ -170,6 +170,12 @@ function drawMap(map, view, cache) {
     draw.font = `${font}px system-ui, sans-serif`;
     draw.fillText(`not measured at θi = ${number(state.thetaI)}°`, centre, centre - 2.6 * font);
   }
+  if (residual && rows.length && !view.seen) {
+    draw.fillStyle = colours.ink;
+    draw.textAlign = "center";
+    draw.font = `${font}px system-ui, sans-serif`;
+    draw.fillText("not known for parameters by hand", centre, centre - 2.6 * font);
+  }
   drawCursor(draw, centre, radius, state, colours, grow);
   map.key.innerHTML = residual ? keySvg(-view.deviations.size, view.deviations.size, false, "difference", view.deviations.words, css) : keySvg(scale.lo, scale.hi, scale.log, "value", scale.words, css);
 }

@@ -83,7 +83,7 @@ function makePlot({ width, height, x, y, label, zero = false }) {
         marks.push(`<polygon points="${there.concat(back).join(" ")}" fill="${colour}" fill-opacity="0.22"/>`);
       }
     },
-    dot(a, b, error, { colour = "var(--point)", open = false, cross = false, size = 3 } = {}) {
+    dot(a, b, error, { colour = "var(--point)", open = false, ring = false, cross = false, size = 3 } = {}) {
       if (!inside(a, x) || !inside(b, y)) return;
       const [cx, cy] = [px(a), py(b)];
       if (error > 0) {
@@ -94,8 +94,16 @@ function makePlot({ width, height, x, y, label, zero = false }) {
         const d = size;
         marks.push(`<path d="M${cx - d} ${cy - d}l${2 * d} ${2 * d}m0 ${-2 * d}l${-2 * d} ${2 * d}" stroke="${colour}" stroke-width="1.5"/>`);
       } else {
-        marks.push(`<circle cx="${cx.toFixed(1)}" cy="${cy.toFixed(1)}" r="${size}" fill="${open ? "var(--panel)" : colour}" stroke="${colour}"/>`);
+        marks.push(`<circle cx="${cx.toFixed(1)}" cy="${cy.toFixed(1)}" r="${size}" fill="${ring ? "none" : open ? "var(--panel)" : colour}" stroke="${colour}"/>`);
       }
+    },
+    // From low to high, with short lines across at both ends.
+    bar(a, low, high, colour = "var(--ink)") {
+      if (!inside(a, x) || !Number.isFinite(low) || !Number.isFinite(high)) return;
+      const end = (v) => Math.max(-9999, Math.min(9999, y.log && v <= 0 ? top + h + 9 : py(v)));
+      const [cx, below, above] = [px(a), end(low), end(high)];
+      const cap = (at) => `M${(cx - 3).toFixed(1)} ${at.toFixed(1)}h6`;
+      marks.push(`<path d="M${cx.toFixed(1)} ${below.toFixed(1)}V${above.toFixed(1)}${cap(below)}${cap(above)}" stroke="${colour}" fill="none"/>`);
     },
     upright(a, colour = "var(--cursor)") {
       if (!inside(a, x)) return;
@@ -134,6 +142,8 @@ function axisRange(values, log, pad = 0.06) {
     const grow = Math.max((hi / lo) ** pad, 1.05);
     return { lo: lo / grow, hi: hi * grow, log };
   }
-  const grow = (hi - lo) * pad || Math.abs(hi) * 0.05 || 1;
+  // Values that differ by rounding are one value.
+  const size = Math.max(Math.abs(lo), Math.abs(hi));
+  const grow = hi - lo > 1e-9 * size ? (hi - lo) * pad : size * 0.05 || 1;
   return { lo: lo - grow, hi: hi + grow, log };
 }

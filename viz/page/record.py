@@ -19,6 +19,7 @@ from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
 from clbrdf.viz.page.pack import packed, packed_angles
 from clbrdf.viz.page.promises import Promises, promises_of
+from clbrdf.viz.page.seen import seen_of
 from clbrdf.viz.page.thin import LARGEST, Thinning, thinning
 from clbrdf.viz.page.tint import colour_record
 from clbrdf.viz.report_words import provenance_rows, scan_warnings, summary_rows, warning_lines
@@ -26,6 +27,9 @@ from clbrdf.viz.subject import Subject
 
 Array = npt.NDArray[np.float64]
 Json = dict[str, Any]
+
+FIT_BYTES = 48
+"""Of a parameter at a wavelength: its value, 1σ, the two parts of it, and the ends of an interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +99,10 @@ def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
     """
     scan, fit = subject.scan, subject.fit
     count = 0 if fit is None else len(fit.model.names)
-    thin = thinning(len(scan), len(scan.wavelength), budget, 24 * count + 2 * count * count + 32)
+    seen = seen_of(fit, budget)
+    fixed = FIT_BYTES * count + 2 * count * count + 32
+    taken, more = (0, 0) if seen is None else (seen.bytes, seen.more)
+    thin = thinning(len(scan), len(scan.wavelength), budget - taken, fixed, more)
     part = scan.rows(thin.rows).columns(thin.columns)
     angles = part.directions
     start = Subject(subject.name, scan, fit)
@@ -126,6 +133,7 @@ def subject_record(subject: PageSubject, budget: int = LARGEST) -> Json:
         "promises": None if promises is None else promises.record(),
         "colour": colour_record(part),
         "fit": None if fit is None else fit_record(fit, thin),
+        "seen": None if seen is None else seen.record(thin),
     }
     return record
 
@@ -204,6 +212,8 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
         "parameters": packed(fit.vector[columns]),
         "sigma": packed(np.stack([fit.sigma[n] for n in fit.model.names], axis=-1)[columns]),
         "sigma_random": packed(half_sigma(fit, False)[columns]) if has_halves(fit) else None,
+        "sigma_common": packed(half_sigma(fit, True)[columns]) if has_halves(fit) else None,
+        "interval": _interval(fit, columns),
         "correlation": packed(fit.correlation[columns][:, upper[0], upper[1]], "f4"),
         "E": packed(fit.objective[columns]),
         "sigma_r": packed(fit.relative_rms[columns]),
@@ -221,6 +231,13 @@ def fit_record(fit: Fit, thin: Thinning) -> Json:
         largest = np.maximum(fit.setup.weights.max(axis=0), 1e-300)
         values["weight_values"] = packed((fit.setup.weights / largest)[np.ix_(thin.rows, columns)], "f4")
     return values
+
+
+def _interval(fit: Fit, columns: npt.NDArray[np.intp]) -> Json | None:
+    """Return the ends (K, P, 2) of profile-likelihood intervals; None without them."""
+    if not fit.intervals:
+        return None
+    return packed(np.stack([fit.intervals[name][columns] for name in fit.model.names], axis=1))
 
 
 def _named_weights(fit: Fit, name: str) -> str:

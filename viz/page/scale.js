@@ -103,19 +103,22 @@ function makeScale(view) {
   return { lo, hi, log, place, ticks: log ? logTicks(lo, hi) : ticks(lo, hi, 5), words: view.reference.words };
 }
 
-// Deviations of the points, measured minus model, and their symmetric scale.
+// Deviations of the points, measured minus what the detector sees of the model, and their symmetric scale.
 function deviations(view) {
   const { s, state } = view;
   const out = [];
   if (!view.f) return { points: out, size: 1, words: "" };
+  const name = s.detector.words ? "seen" : "model";
+  const words = state.residual === "percent" ? `(measured − ${name}) / measured, %` : `(measured − ${name}) / σ`;
+  if (!view.seen) return { points: out, size: 1, words };
   for (const n of s.rows(state.thetaI, state.phiI)) {
     if (!s.usable(n, state.column)) continue;
     const f = s.measured(n, state.column);
-    const gap = f - view.f(state.thetaI, state.phiI, s.thetaR[n], s.phi[n]);
+    const gap = f - view.seen(n);
     const value = state.residual === "percent" ? (100 * gap) / f : gap / s.error(n, state.column);
     if (Number.isFinite(value)) out.push({ row: n, value });
   }
   const sizes = out.map((p) => Math.abs(p.value)).sort((a, b) => a - b);
   const size = sizes.length ? sizes[Math.min(sizes.length - 1, Math.floor(0.98 * sizes.length))] || 1 : 1;
-  return { points: out, size, words: state.residual === "percent" ? "(measured − model) / measured, %" : "(measured − model) / σ" };
+  return { points: out, size, words };
 }

@@ -25,17 +25,30 @@ function columnAxis(s, label = true) {
   return axis;
 }
 
+// The measured row whose points are shown, -1 without any.
+function shownRow(view) {
+  const near = nearestRow(view.s, view.state);
+  return near.row >= 0 && near.gap <= NEAR ? near.row : -1;
+}
+
+// The model over wavelength: as the detector sees it in the direction of the points, else the surface at the cursor.
 function spectrumOf(view) {
   const { s, state } = view;
   const model = [];
+  const row = s.model && s.detector.words ? shownRow(view) : -1;
   for (let k = 0; s.model && k < s.columns; k++) {
     const p = k === state.column && view.p ? view.p : s.parameters(k);
     if (!p) {
       model.push([columnPlace(s, k), NaN, NaN]);
       continue;
     }
-    const live = k === state.column && state.live;
+    const live = k === state.column && !!state.live;
     const where = [state.thetaI, state.phiI, state.thetaR, state.phi];
+    if (row >= 0) {
+      const seen = s.detector.values(p, k, live);
+      model.push([columnPlace(s, k), seen ? seen(row) : NaN, live ? NaN : s.detector.spread(k)(row)]);
+      continue;
+    }
     const error = live || !s.hasSigma(k) ? NaN : s.surface.uncertainty(p, s.parameterSigma(k), s.correlation(k))(...where);
     model.push([columnPlace(s, k), s.surface.of(p)(...where), error]);
   }
@@ -70,7 +83,7 @@ function drawSpectrum(panel, view) {
   });
   plot.upright(columnPlace(s, state.column));
   plot.band(model.map(([a, v, e]) => [a, v - e, v + e]));
-  plot.line(model);
+  plot.line(model.map(([a, v]) => [a, v]));
   const size = points.length > 200 ? 1.5 : 3;
   for (const [a, v, e, good] of points) plot.dot(a, v, e, { cross: !good, size });
   if (!values.some(Number.isFinite)) plot.note("nothing measured or fitted here");
@@ -79,19 +92,23 @@ function drawSpectrum(panel, view) {
     const at = x.lo + ((px - plot.area.left) / plot.area.width) * (x.hi - x.lo);
     return s.nm ? nearestColumn(s, at) : Math.max(0, Math.min(s.columns - 1, Math.round(at) - 1));
   };
+  const seen = s.model && s.detector.words && near.gap <= NEAR;
+  const there = s.model && s.detector.why ? "Line: the model as the detector sees it there, at the optimum." : "Line and band: the model as the detector sees it there, ±1σ.";
+  const line = seen ? there : "Band: ±1σ of the model.";
   panel.help.textContent =
     near.row < 0
       ? "Nothing is measured at this incident angle."
       : near.gap <= NEAR
-        ? `Points with ±σ: measured at θr = ${degrees(s.thetaR[near.row])}, φ = ${degrees((s.phi[near.row] + 360) % 360)}. Band: ±1σ of the model. Click to choose a wavelength.`
+        ? `Points with ±σ: measured at θr = ${degrees(s.thetaR[near.row])}, φ = ${degrees((s.phi[near.row] + 360) % 360)}. ${line} Click to choose a wavelength.`
         : `The nearest measured direction is ${number(near.gap, 3)}° away, so there are no points here. Band: ±1σ of the model.`;
 }
 
 function spectrumTable(view) {
   const { s, state } = view;
   const near = nearestRow(s, state);
-  const there = near.row >= 0 && near.gap <= NEAR;
+  const there = shownRow(view) >= 0;
   const model = spectrumOf(view);
+  const name = there && s.model && s.detector.words ? "seen" : "model";
   const rows = s.labels.map((name, k) => [
     s.nm ? s.nm[k] : name,
     there ? s.measured(near.row, k) : NaN,
@@ -100,5 +117,5 @@ function spectrumTable(view) {
     model.length ? model[k][2] : NaN,
     there ? reason(s, near.row, k) : "",
   ]);
-  return { names: [s.nm ? "wavelength_nm" : "band", "measured_per_sr", "sigma_per_sr", "model_per_sr", "model_sigma_per_sr", "masked"], rows, remarks: view.remarks };
+  return { names: [s.nm ? "wavelength_nm" : "band", "measured_per_sr", "sigma_per_sr", `${name}_per_sr`, `${name}_sigma_per_sr`, "masked"], rows, remarks: view.remarks };
 }

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.fit.words import through_lines
+from clbrdf.viz.curves import seen_along
 from clbrdf.viz.style import BLACK, BLUE, DIFFERENCE_MAP, GREY, VALUE_MAP
 from clbrdf.viz.subject import Subject
 
@@ -31,6 +33,9 @@ def still_html(subject: Subject) -> str:
     """Return pictures of a scan or a fit at its usual angle and wavelength, as HTML."""
     theta_i, column = subject.default_incident(), subject.column(subject.default_wavelength())
     words = f"{subject.name}: θi = {theta_i:g}°, {subject.label(column)}."
+    if subject.fit is not None and subject.sees:
+        told = through_lines(subject.fit)[0]
+        words += f" Residuals, cut and spectrum are of what the detector sees through: {told}."
     data = base64.b64encode(_png(still_figure(subject, theta_i, column))).decode("ascii")
     text = escape(
         f"{words} Above: maps over θr and φ, equal-area, φ = 180° (forward) to the right;"
@@ -101,14 +106,14 @@ def _maps(
         image = axes[1].imshow(field, extent=(-1, 1, -1, 1), origin="lower", norm=norm, cmap=VALUE_MAP)
         axes[1].set_title("model", fontsize=10)
         figure.colorbar(image, ax=axes[1], label="BRDF (1/sr)", location="bottom", shrink=0.8)
-        model = subject.model_values(column, scan.directions[rows])
+        model = subject.seen_values(column, rows)
         gap = 100.0 * (measured - model) / measured
         limit = float(np.percentile(np.abs(gap), 98.0)) if len(gap) else 1.0
         left = axes[2].scatter(
             x, y, c=gap, s=size, vmin=-limit or -1.0, vmax=limit or 1.0, cmap=DIFFERENCE_MAP, linewidths=0
         )
         axes[2].set_title("residual", fontsize=10)
-        label = "(measured − model) / measured (%)"
+        label = f"(measured − {'seen' if subject.sees else 'model'}) / measured (%)"
         figure.colorbar(left, ax=axes[2], label=label, location="bottom", shrink=0.8)
     around = np.linspace(0.0, 360.0, 181)
     if len(axes) > 1:
@@ -133,7 +138,8 @@ def _cut(axes: Axes, subject: Subject, theta_i: float, column: int, rows: npt.ND
     if subject.parameters(column) is not None:
         fine = np.sort(np.append(np.linspace(-85.0, 85.0, 341), theta_i + np.linspace(-3.0, 3.0, 61)))
         side = np.where(fine < 0.0, 0.0, 180.0)
-        model = subject.model_values(column, subject.directions([theta_i], np.abs(fine), side))
+        assert subject.fit is not None
+        model = seen_along(subject.fit, subject.directions([theta_i], np.abs(fine), side), column)
         inside = np.abs(fine) <= subject.reach(theta_i)
         axes.plot(fine[inside], model[inside], color=BLUE, linewidth=1.2)
         values = np.append(values, model[inside])
@@ -157,7 +163,7 @@ def _spectrum(axes: Axes, subject: Subject, theta_i: float) -> None:
     sigma = None if scan.sigma is None else np.nan_to_num(scan.sigma[n])[good]
     axes.errorbar(x[good], scan.brdf[n, good], sigma, fmt="o", markersize=2.5, color=BLACK, elinewidth=0.7)
     if subject.fit is not None:
-        values = subject.fit.evaluate(scan.directions[np.array([n])])[0]
+        values = subject.seen_spectrum(int(n))
         axes.plot(x, values, color=BLUE, linewidth=1.2)
     axes.set_title(f"θr = {scan.theta_r[n]:g}°, φ = {scan.phi[n]:g}°", fontsize=10)
     axes.set_xlabel("band" if scan.bands else "wavelength (nm)")

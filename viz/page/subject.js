@@ -60,6 +60,8 @@ function addFit(s, fit, functions) {
     parameters: unpack(fit.parameters),
     sigma: unpack(fit.sigma),
     sigmaRandom: unpack(fit.sigma_random),
+    sigmaCommon: unpack(fit.sigma_common),
+    interval: unpack(fit.interval),
     correlation: unpack(fit.correlation),
     E: unpack(fit.E),
     sigmaR: unpack(fit.sigma_r),
@@ -77,13 +79,11 @@ function addFit(s, fit, functions) {
   // Without a single one a model has no uncertainty, which is not the uncertainty 0.
   s.hasSigma = (column) => s.parameterSigma(column).some(Number.isFinite);
   s.correlation = (column) => arrays.correlation.subarray(column * pairs, (column + 1) * pairs);
-  let features = null;
-  // E of (13) over the directions in this page.
-  s.objective = (parameters, column) => {
-    if (!features) {
-      features = s.surface.features(s.count, (n) => [s.thetaI[n], s.phiI[n], s.thetaR[n], s.phi[n]]);
-    }
-    const value = s.surface.value(parameters);
+  s.detector = makeDetector(s);
+  // E of (13) over the directions in this page, of what the detector sees; NaN where that is not known.
+  s.objective = (parameters, column, byHand = true) => {
+    const seen = s.detector.values(parameters, column, byHand);
+    if (!seen) return NaN;
     let above = 0;
     let below = 0;
     for (let n = 0; n < s.count; n++) {
@@ -91,7 +91,7 @@ function addFit(s, fit, functions) {
       const f = s.measured(n, column);
       const g = weightOf(s, arrays.weightValues, n, column, f);
       if (!(g > 0)) continue;
-      const gap = value(features, n * s.surface.count) - f;
+      const gap = seen(n) - f;
       above += g * gap * gap;
       below += g * f * f;
     }

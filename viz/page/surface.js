@@ -24,6 +24,7 @@ function makeSurface(functions, model) {
       return out;
     },
     value: (parameters) => functions.value(parameters),
+    slopesAt: (parameters) => functions.slopes(parameters),
     // Derivatives to the parameters, as a function of direction that fills d.
     slopes(parameters) {
       const slopes = functions.slopes(parameters);

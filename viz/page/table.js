@@ -8,15 +8,16 @@ function pointTable(view) {
     const phi = (s.phi[n] + 360) % 360;
     const f = s.measured(n, state.column);
     const model = view.f ? view.f(s.thetaI[n], s.phiI[n], s.thetaR[n], s.phi[n]) : NaN;
-    return [s.thetaI[n], s.phiI[n], s.thetaR[n], phi, f, s.error(n, state.column), model, (100 * (f - model)) / f, (f - model) / s.error(n, state.column), reason(s, n, state.column)];
+    const gap = f - (view.seen ? view.seen(n) : NaN);
+    return [s.thetaI[n], s.phiI[n], s.thetaR[n], phi, f, s.error(n, state.column), model, ...seenCell(view, n), (100 * gap) / f, gap / s.error(n, state.column), reason(s, n, state.column)];
   });
-  const names = ["theta_i_deg", "phi_i_deg", "theta_r_deg", "phi_deg", "measured_per_sr", "sigma_per_sr", "model_per_sr", "deviation_percent", "deviation_sigma", "masked"];
+  const names = ["theta_i_deg", "phi_i_deg", "theta_r_deg", "phi_deg", "measured_per_sr", "sigma_per_sr", "model_per_sr", ...seenName(view), "deviation_percent", "deviation_sigma", "masked"];
   return { names, rows, remarks: view.remarks };
 }
 
 function drawTable(panel, view, act) {
   const { rows } = pointTable(view);
-  const heads = ["θi (°)", "φi (°)", "θr (°)", "φ (°)", "measured (1/sr)", "σ (1/sr)", "model (1/sr)", "dev. (%)", "dev. (σ)", "masked"];
+  const heads = ["θi (°)", "φi (°)", "θr (°)", "φ (°)", "measured (1/sr)", "σ (1/sr)", "model (1/sr)", ...seenName(view).map(() => "seen (1/sr)"), "dev. (%)", "dev. (σ)", "masked"];
   const cut = rows.slice(0, MOST_ROWS);
   const body = cut
     .map((row, k) => `<tr data-row="${k}">${row.map((v, j) => `<td>${typeof v === "number" ? number(v, j < 4 ? 6 : 5) : escapeText(v)}</td>`).join("")}</tr>`)

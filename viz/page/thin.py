@@ -28,7 +28,9 @@ class Thinning:
     words: tuple[str, ...]
 
 
-def thinning(directions: int, wavelengths: int, budget: int = LARGEST, fixed: int = 0) -> Thinning:
+def thinning(
+    directions: int, wavelengths: int, budget: int = LARGEST, fixed: int = 0, more: int = 0
+) -> Thinning:
     """Choose what fits into a budget of bytes.
 
     Parameters
@@ -38,19 +40,22 @@ def thinning(directions: int, wavelengths: int, budget: int = LARGEST, fixed: in
         Bytes.
     fixed : int
         Bytes that every wavelength takes besides its values.
+    more : int
+        Numbers beside each value and its uncertainty.
     """
+    double, single = DOUBLE_BYTES + 8 * more, SINGLE_BYTES + 4 * more
     rows, columns = np.arange(directions), np.arange(wavelengths)
     room = budget - directions * DIRECTION_BYTES - wavelengths * fixed
-    if directions * wavelengths * DOUBLE_BYTES <= room:
+    if directions * wavelengths * double <= room:
         return Thinning(rows, columns, "f8", ())
     words = ["measured values are kept to 7 digits"]
     least = min(directions, FEWEST_DIRECTIONS)
-    width = (budget - least * DIRECTION_BYTES) // (least * SINGLE_BYTES + fixed)
+    width = (budget - least * DIRECTION_BYTES) // (least * single + fixed)
     if wavelengths > width:
         columns = _spread(wavelengths, max(1, int(width)))
         words.append(f"{len(columns)} of {wavelengths} wavelengths are in this page, evenly chosen")
     rest = budget - len(columns) * fixed
-    height = int(rest // (len(columns) * SINGLE_BYTES + DIRECTION_BYTES))
+    height = int(rest // (len(columns) * single + DIRECTION_BYTES))
     if directions > height:
         rows = _spread(directions, max(1, height))
         words.append(f"{len(rows)} of {directions} directions are in this page, evenly chosen")

@@ -21,7 +21,8 @@ function escapeText(text) {
 
 // Whole steps of 1, 2 or 5 times a power of ten inside a range.
 function ticks(lo, hi, wanted = 5) {
-  if (!(hi > lo)) return [lo];
+  // Where both ends agree but for rounding there is no step between them.
+  if (!(hi - lo > 1e-12 * Math.max(Math.abs(lo), Math.abs(hi)))) return [lo];
   const raw = (hi - lo) / wanted;
   const power = 10 ** Math.floor(Math.log10(raw));
   const step = power * ([1, 2, 5, 10].find((s) => s * power >= raw * 0.999) || 10);
