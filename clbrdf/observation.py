@@ -91,7 +91,7 @@ class Observation:
     def take(self, places: Places | npt.NDArray[np.bool_]) -> Observation:
         """Return the observation of some measured directions, by their places or where a mask is True."""
         chosen = _numbered(places)
-        nodes, owner = segments(self.first, chosen)
+        nodes, owner = node_ranges(self.first, chosen)
         return Observation(self.nodes[nodes], owner, self.weight[nodes])
 
     def folded(self, model: Model) -> Observation:
@@ -110,7 +110,7 @@ def _numbered(places: Places | npt.NDArray[np.bool_]) -> Places:
     return np.flatnonzero(places) if places.dtype == np.bool_ else places.astype(np.intp, copy=False)
 
 
-def segments(first: Places, chosen: Places) -> tuple[Places, Places]:
+def node_ranges(first: Places, chosen: Places) -> tuple[Places, Places]:
     """Return the places (K′,) of the nodes of chosen directions (N′,), and to which of those each belongs."""
     count = first[chosen + 1] - first[chosen]
     owner = np.repeat(np.arange(len(chosen)), count)
@@ -172,7 +172,7 @@ class ForwardModel:
         chosen = _numbered(places)
         if self.first is None or self.weight is None:
             return ForwardModel(self.model, np.ascontiguousarray(self.features[chosen]))
-        nodes, _ = segments(self.first, chosen)
+        nodes, _ = node_ranges(self.first, chosen)
         count = self.first[chosen + 1] - self.first[chosen]
         first = np.append(0, np.cumsum(count)).astype(np.intp)
         return ForwardModel(self.model, self.features[nodes], first, self.weight[nodes])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +74,20 @@ def coatings() -> Path:
     if not COATINGS.is_dir():
         pytest.skip("the measured coatings (../shared/data) are not on this machine")
     return COATINGS
+
+
+@pytest.fixture
+def coating(request: pytest.FixtureRequest) -> Callable[[str, str], Scan]:
+    """Scans of coatings by file and sample: the made one, which every clone has, and the real ones."""
+    from clbrdf.formats.load import load_one
+    from tests.coating import MADE, made_coating
+
+    def scan_of(file: str, sample: str) -> Scan:
+        if sample == MADE:
+            return made_coating()
+        return load_one([request.getfixturevalue("coatings") / file], sample)
+
+    return scan_of
 
 
 @pytest.fixture

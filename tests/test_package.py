@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -97,3 +99,49 @@ def test_sample_scans_pass_through_table_1_with_the_papers_noise(material):
 def test_files_are_short():
     for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py"), *ROOT.glob("kernels/**/*.cl")]:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, path
+
+
+def test_the_map_names_what_is_there():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    top = ("clbrdf", "kernels", "viz", "scans", "docs", "tests", ".ci")
+    there = [path.relative_to(ROOT).as_posix() for name in top for path in (ROOT / name).rglob("*")]
+    there += [path.name for path in ROOT.iterdir()]
+    named = re.findall(r"`([\w.]*[\w./-]*(?:\.(?:py|cl|js|css|html)|/))`", text)
+    assert len(named) > 200
+    lost = [name for name in named if not any(f"/{name.rstrip('/')}/" in f"/{path}/" for path in there)]
+    assert not lost
+    # Folders of tests/ mirror the others.
+    rooms = {path.parent for name in top[:4] for path in (ROOT / name).rglob("*.py")} - {ROOT / "clbrdf"}
+    assert not [room for room in rooms if not re.search(rf"`[\w/]*{room.name}/", text)]
+
+
+def test_decisions_that_are_named_are_there():
+    there = {path.name[:4] for path in (ROOT / "docs" / "decisions").glob("0*.md")}
+    map_text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\b0\d{3}\b", map_text)) <= there
+    for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py"), *ROOT.glob("docs/**/*.md")]:
+        named = re.findall(r"(?:decisions?[ /]|record |\()(0\d{3})\b", path.read_text(encoding="utf-8"))
+        assert set(named) <= there, path
+
+
+ON_COMMAND_LINE_ALONE = ("clbrdf/cli/", "clbrdf/batch/", "clbrdf/formats/stated.py")
+"""Where only whoever gives a command is told: commands, what reads their options, and batches."""
+
+
+def test_errors_name_options_to_those_who_give_commands_alone():
+    for path in [*ROOT.glob("clbrdf/**/*.py"), *ROOT.glob("viz/**/*.py")]:
+        place = path.relative_to(ROOT).as_posix()
+        if place.startswith(ON_COMMAND_LINE_ALONE):
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        raised = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+        chosen = {
+            id(part)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("advice", "settled")
+            for part in ast.walk(node)
+        }
+        for node in raised:
+            for part in ast.walk(node):
+                if isinstance(part, ast.Constant) and isinstance(part.value, str) and id(part) not in chosen:
+                    assert not re.search(r"(^|[ (])--[a-z]", part.value), f"{place}, line {part.lineno}"

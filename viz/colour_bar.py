@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.viz.layout import Layout
+from clbrdf.viz.layout import PictureLayout
 from clbrdf.viz.lettering import screen_text
-from clbrdf.viz.radius import fine_steps, plain
+from clbrdf.viz.radius import fine_steps, tick_text
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table, rgb
 
 Colours = npt.NDArray[np.uint8]
@@ -54,7 +54,7 @@ class ValuePaint:
         values = [10.0**k for k in decades]
         if len(values) < 3:
             values = fine_steps(self.low, self.high)
-        return [(float(self.position(v)), plain(float(f"{v:.3g}"))) for v in values]
+        return [(float(self.position(v)), tick_text(float(f"{v:.3g}"))) for v in values]
 
 
 def value_paint(low: float, high: float, signed: bool) -> ValuePaint:
@@ -69,16 +69,16 @@ class Key:
     Parameters
     ----------
     renderer : vtkRenderer
-    layout : Layout
+    layout : PictureLayout
     """
 
-    def __init__(self, renderer: Any, layout: Layout) -> None:
+    def __init__(self, renderer: Any, layout: PictureLayout) -> None:
         self.renderer, self.layout = renderer, layout
         self._shown: list[Any] = []
         self.texts: list[Any] = []
         self._state: object = None
 
-    def arrange(self, layout: Layout) -> None:
+    def arrange(self, layout: PictureLayout) -> None:
         """Stand where a layout has it; what is shown is to be shown anew."""
         if layout != self.layout:
             self.layout, self._state = layout, None

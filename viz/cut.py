@@ -11,7 +11,7 @@ from clbrdf.viz.curves import seen_along, signed_view_zenith
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.lobes import MARGIN
 from clbrdf.viz.panel import LobeRequest
-from clbrdf.viz.radius import fine_steps, nice_step, plain
+from clbrdf.viz.radius import fine_steps, nice_step, tick_text
 from clbrdf.viz.style import BLACK, SERIES
 
 Array = npt.NDArray[np.float64]
@@ -100,12 +100,15 @@ class Cut:
             shown = [float(10.0**k) for k in np.arange(np.ceil(first), last, stride)]
             if len(shown) < 3:
                 shown = fine_steps(10.0**first, 10.0**last)
-            axis.tick_locations, axis.tick_labels = [np.log10(v) for v in shown], [plain(v) for v in shown]
+            axis.tick_locations, axis.tick_labels = (
+                [np.log10(v) for v in shown],
+                [tick_text(v) for v in shown],
+            )
             self.chart.y_range = [first, last]
             return
         step = nice_step(top)
         values = np.arange(0.0, 1.0001 * top, step)
-        axis.tick_locations, axis.tick_labels = list(values), [plain(v) for v in values]
+        axis.tick_locations, axis.tick_labels = list(values), [tick_text(v) for v in values]
         self.chart.y_range = [0.0, 1.08 * top]
 
     def _parts(

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from functools import cache
 
-from clbrdf.errors import ClbrdfError
+from clbrdf.errors import ClbrdfError, advice
 
 SWITCH = "VTK_DEFAULT_OPENGL_WINDOW"
 """VTK's own environment variable: which kind of window it makes."""
@@ -102,7 +102,9 @@ def require_screen() -> None:
         There is no display, or it does not answer.
     """
     if not _screen_answers():
-        raise GraphicsError(
-            "no display for a window here; write a picture with --png FILE or a page with --html FILE,"
-            " or look at it in a browser with --serve"
+        others = advice(
+            "write a picture with save_png or a page with save_page",
+            "write a picture with --png FILE or a page with --html FILE, or look at it in a browser with"
+            " --serve",
         )
+        raise GraphicsError(f"no display for a window here; {others}")

@@ -46,7 +46,7 @@ class PanelPlace:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PictureLayout:
     """A whole picture.
 
     Attributes
@@ -118,7 +118,7 @@ def arranged(
     notes: Sequence[str],
     area: Place,
     caption_share: float = 1.0,
-) -> Layout:
+) -> PictureLayout:
     """Return the layout of a picture with words.
 
     Parameters
@@ -168,10 +168,10 @@ def arranged(
                 labelled=labelled,
             )
         )
-    return Layout(size, letter, (left, bottom, right, top), 1.0 - key, with_notes, tuple(panels))
+    return PictureLayout(size, letter, (left, bottom, right, top), 1.0 - key, with_notes, tuple(panels))
 
 
-def bare(size: tuple[int, int], count: int) -> Layout:
+def bare(size: tuple[int, int], count: int) -> PictureLayout:
     """Return the layout of a picture without words: panels fill it."""
     letter = letter_of(size, count)
     panels = []
@@ -180,4 +180,4 @@ def bare(size: tuple[int, int], count: int) -> Layout:
         label, labelled = label_of((wide, tall), letter)
         corner = (x0 + LEFT_EDGE, y1, x1, letter)
         panels.append(PanelPlace((x0, y0, x1, y1), (wide, tall), label, corner, 0, labelled))
-    return Layout(size, letter, (0.0, 0.0, 1.0, 1.0), 1.0, False, tuple(panels))
+    return PictureLayout(size, letter, (0.0, 0.0, 1.0, 1.0), 1.0, False, tuple(panels))

@@ -19,7 +19,7 @@ from clbrdf.viz.marks import Marks
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import compared_text, peak_text, points_text
 from clbrdf.viz.radius import DECADES, RadiusScale
-from clbrdf.viz.style import SERIES, Look, rgb
+from clbrdf.viz.style import SERIES, LobeStyle, rgb
 from clbrdf.viz.subject import Subject, lobe_width
 
 Array = npt.NDArray[np.float64]
@@ -100,7 +100,7 @@ class Panel:
     renderer : vtkRenderer
     requests : sequence of LobeRequest
         More than one are laid over each other as nets, each in its own colour.
-    look : Look
+    look : LobeStyle
     limit : float
         View zenith where meshes end, degrees.
     letters : Lettering
@@ -113,7 +113,7 @@ class Panel:
         self,
         renderer: Any,
         requests: Sequence[LobeRequest],
-        look: Look,
+        look: LobeStyle,
         limit: float,
         letters: Lettering,
         mesh: LobeMesh | None = None,

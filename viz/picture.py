@@ -14,16 +14,16 @@ from clbrdf.opencl.device import Device
 from clbrdf.viz.camera import View
 from clbrdf.viz.colour import chromatic_rgb
 from clbrdf.viz.colour_bar import ValuePaint, value_paint
-from clbrdf.viz.layout import Layout, Place, arranged, bare, characters
+from clbrdf.viz.layout import PictureLayout, Place, arranged, bare, characters
 from clbrdf.viz.lettering import Lettering
 from clbrdf.viz.lobes import FittedLobe
 from clbrdf.viz.mesh import LobeMesh
 from clbrdf.viz.notes import clip_text, kind_of
 from clbrdf.viz.panel import LobeRequest, Panel, Spanned
-from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, joined, make_scale
-from clbrdf.viz.style import COLOUR_MODES, Look
+from clbrdf.viz.radius import RADIUS_MODES, RadiusScale, common_scale, make_scale
+from clbrdf.viz.style import COLOUR_MODES, LobeStyle
 from clbrdf.viz.subject import drawing_limit
-from clbrdf.viz.words import Words, shortened
+from clbrdf.viz.words import Words, cut_text
 
 MOST_PANELS = 9
 SMALLEST, LARGEST = 200, 8000
@@ -44,7 +44,7 @@ class Picture:
     ----------
     requests : sequence of LobeRequest
         At most MOST_PANELS, unless laid over each other.
-    look : Look
+    look : LobeStyle
     size : (int, int)
         Width and height, pixels.
     overlay : bool
@@ -73,7 +73,7 @@ class Picture:
     def __init__(
         self,
         requests: Sequence[LobeRequest],
-        look: Look = Look(),  # noqa: B008 (immutable)
+        look: LobeStyle = LobeStyle(),  # noqa: B008 (immutable)
         *,
         size: tuple[int, int] = (1200, 900),
         overlay: bool = False,
@@ -155,7 +155,7 @@ class Picture:
             self._word(self.words)
 
     @staticmethod
-    def _check(requests: Sequence[LobeRequest], look: Look) -> None:
+    def _check(requests: Sequence[LobeRequest], look: LobeStyle) -> None:
         if look.radius not in RADIUS_MODES:
             raise InputError(f"no radius is called {look.radius!r}; there are {', '.join(RADIUS_MODES)}")
         if look.colour not in COLOUR_MODES:
@@ -164,7 +164,7 @@ class Picture:
             for request in requests:
                 if request.minus is not None:
                     raise InputError("a difference has no spectral colour; colour it by value")
-                check_spectrum(request.subject.wavelength)
+                check_spectrum(request.subject.wavelength, "colour by value instead")
 
     def _lay_background(self) -> None:
         """Put a white renderer under everything: panels do not cover the window."""
@@ -184,7 +184,7 @@ class Picture:
         values = [pair for panel in self.panels for pair in panel.evaluate()]
         if self.held is None:
             scales = [make_scale(self.look.radius, f, c, self.look.floor, d) for f, c, d in values]
-            self.scale = joined(scales) if scales else RadiusScale(self.look.radius, 1.0, 1e-3)
+            self.scale = common_scale(scales) if scales else RadiusScale(self.look.radius, 1.0, 1e-3)
             self.paint = self._value_paint(values)
         else:
             self.scale, self.paint = self.held, self.held_paint
@@ -217,7 +217,7 @@ class Picture:
             a.caption_lines > b.caption_lines for a, b in zip(new.panels, self.layout.panels, strict=True)
         )
 
-    def _new_layout(self) -> Layout:
+    def _new_layout(self) -> PictureLayout:
         if not self._worded:
             return bare(self.size, len(self.panels))
         captions = [panel.caption(self.named) for panel in self.panels]
@@ -263,7 +263,7 @@ class Picture:
         tail = f"θi = {request.theta_i:g}°, {request.subject.label(request.column)}"
         if not self.named:
             return tail
-        return f"{shortened(request.name, max(4, room - len(tail) - 2))}, {tail}"
+        return f"{cut_text(request.name, max(4, room - len(tail) - 2))}, {tail}"
 
     def notes(self) -> list[str]:
         """Return what the figure says of itself: sources of the surfaces, radius, limit, what is cut."""

@@ -11,7 +11,7 @@ from clbrdf.viz.curves import save_figure
 from clbrdf.viz.panel import LobeRequest, Panel
 from clbrdf.viz.picture import Picture
 from clbrdf.viz.stills import pixels
-from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, Look
+from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, LobeStyle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ FINER = 2
 
 def printed_picture(
     requests: Sequence[LobeRequest],
-    look: Look,
+    look: LobeStyle,
     size: tuple[int, int] = (1200, 900),
     overlay: bool = False,
     device: Device | None = None,
@@ -34,7 +34,7 @@ def printed_picture(
     Parameters
     ----------
     requests : sequence of LobeRequest
-    look : Look
+    look : LobeStyle
     size : (int, int)
         Width and height, 1/100 inch.
     overlay : bool
@@ -92,7 +92,7 @@ def _key(figure: Figure, grid: Any, picture: Picture) -> None:
 
 def save_printed(
     requests: Sequence[LobeRequest],
-    look: Look,
+    look: LobeStyle,
     path: str | Path,
     size: tuple[int, int] = (1200, 900),
     overlay: bool = False,

@@ -68,10 +68,10 @@ class RadiusScale:
             values = [10.0**k for k in np.arange(first, last + 1.0, stride)]
             if len(values) < 3:
                 values = fine_steps(self.floor, self.top)
-            return [(float(self.length(v, 1.0)), plain(v)) for v in values]
+            return [(float(self.length(v, 1.0)), tick_text(v)) for v in values]
         step = nice_step(self.top)
         return [
-            (k * step / self.top, plain(k * step)) for k in range(int(self.top / step * (1.0 + 1e-9)) + 1)
+            (k * step / self.top, tick_text(k * step)) for k in range(int(self.top / step * (1.0 + 1e-9)) + 1)
         ]
 
     @property
@@ -89,7 +89,7 @@ class RadiusScale:
         return "BRDF × cos θr (1/sr)" if self.mode == "cosine" else "BRDF (1/sr)"
 
 
-def plain(value: float) -> str:
+def tick_text(value: float) -> str:
     """Return a tick's value without an exponent where it reads well."""
     text = f"{float(f'{value:.4g}'):g}" if abs(value) < 1e5 else f"{value:.4g}"
     return text.replace("e+0", "e").replace("e-0", "e-")
@@ -159,6 +159,6 @@ def make_scale(
     return RadiusScale(mode, top, floor)
 
 
-def joined(scales: list[RadiusScale]) -> RadiusScale:
+def common_scale(scales: list[RadiusScale]) -> RadiusScale:
     """Return one scale for all of several: the largest top and the smallest floor."""
     return replace(scales[0], top=max(s.top for s in scales), floor=min(s.floor for s in scales))

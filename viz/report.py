@@ -210,7 +210,7 @@ def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, s
     from clbrdf.viz.panel import LobeRequest
     from clbrdf.viz.picture import Picture
     from clbrdf.viz.stills import pixels
-    from clbrdf.viz.style import Look
+    from clbrdf.viz.style import LobeStyle
     from clbrdf.viz.subject import Subject
 
     subject = Subject(fit.scan.sample or "a sample", fit.scan, fit)
@@ -220,8 +220,8 @@ def lobe_pictures(fit: Fit, device: Device | None = None) -> list[tuple[bytes, s
     requests = [LobeRequest(subject, wavelength, float(a)) for a in chosen]
     out = []
     looks = (
-        (Look(radius="linear"), "The radius is the BRDF."),
-        (Look(radius="log"), "The radius is its logarithm."),
+        (LobeStyle(radius="linear"), "The radius is the BRDF."),
+        (LobeStyle(radius="log"), "The radius is its logarithm."),
     )
     for look, words in looks:
         picture = Picture(requests, look, device=device)

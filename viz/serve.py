@@ -17,7 +17,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, settled
 from clbrdf.parallel.ending import interrupt_raises
 
 LAST_PORT = 65535
@@ -79,7 +79,8 @@ class PageServer:
 
     def __init__(self, text: str, host: str = "127.0.0.1", port: int = 0) -> None:
         if not 0 <= port <= LAST_PORT:
-            raise InputError(f"--port {port}: ports lie between 0, which takes a free one, and {LAST_PORT}")
+            given = settled("port", "--port", port)
+            raise InputError(f"{given}: ports lie between 0, which takes a free one, and {LAST_PORT}")
         self.host = host
         self.token = None if is_loopback(host) else secrets.token_urlsafe(24)
         kind = type(
@@ -90,7 +91,7 @@ class PageServer:
         except OSError as error:
             reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
             raise InputError(
-                f"cannot listen on {host} port {port} ({reason}); choose another --host or --port"
+                f"cannot listen on {host} port {port} ({reason}); choose another host or port"
             ) from None
 
     @property

@@ -10,11 +10,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice, settled
 from clbrdf.progress import Report, silent
 from clbrdf.storage.files import check_output, whole_file
 from clbrdf.viz.picture import Picture
-from clbrdf.viz.radius import joined
+from clbrdf.viz.radius import common_scale
 
 Pixels = npt.NDArray[np.uint8]
 Sweep = Literal["wavelength", "theta-i"]
@@ -84,13 +84,14 @@ def sweep_stops(picture: Picture, sweep: Sweep, frames: int | None = None) -> li
         Nothing to sweep over, or a number of frames out of range.
     """
     if frames is not None and not 2 <= frames <= MOST_FRAMES:
-        raise InputError(f"--frames {frames}: a sweep has 2 to {MOST_FRAMES} frames")
+        raise InputError(f"{settled('frames', '--frames', frames)}: a sweep has 2 to {MOST_FRAMES} frames")
     subject = picture.panels[0].requests[0].subject
     if sweep == "wavelength":
         stops = subject.wavelength
         if len(stops) < 2:
             raise InputError(
-                f"{subject.name} has {subject.label(0)} only; sweep over angles: --sweep theta-i"
+                f"{subject.name} has {subject.label(0)} only; sweep over angles:"
+                f" {settled('sweep', '--sweep', 'theta-i')}"
             )
         if frames is not None and frames < len(stops):
             stops = stops[np.linspace(0, len(stops) - 1, frames).round().astype(int)]
@@ -112,7 +113,7 @@ def hold_over(picture: Picture, sweep: Sweep, stops: Sequence[float]) -> None:
         scales.append(picture.scale)
         paints.append(picture.paint)
     low, high = min(p.low for p in paints), max(p.high for p in paints)
-    picture.hold(joined(scales), replace(paints[0], low=low, high=high))
+    picture.hold(common_scale(scales), replace(paints[0], low=low, high=high))
 
 
 def go(picture: Picture, sweep: Sweep, stop: float) -> None:
@@ -215,6 +216,7 @@ def _encoder() -> Any:
         from imageio_ffmpeg import write_frames
     except ImportError:
         raise InputError(
-            "films need the encoder: pip install 'clbrdf[film]'; or write a GIF with --gif FILE"
+            "films need the encoder: pip install 'clbrdf[film]'; or write a GIF with"
+            f" {advice('save_gif', '--gif FILE')}"
         ) from None
     return write_frames

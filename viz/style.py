@@ -32,7 +32,7 @@ VALUE_MAP, DIFFERENCE_MAP = "viridis", "PuOr_r"
 
 
 @dataclass(frozen=True)
-class Look:
+class LobeStyle:
     """How lobes are drawn.
 
     Attributes

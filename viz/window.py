@@ -11,7 +11,7 @@ from clbrdf.viz.cut import Cut
 from clbrdf.viz.lettering import FONT_FROM_FILE, font_file
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.picture import MOVING_SAMPLES, Picture
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 
 PANEL_AREA = (0.0, 0.16, 0.60, 0.89)
 CUT_AREA = (0.585, 0.15, 0.882, 0.80)
@@ -23,7 +23,7 @@ CLICK_REACH = 4.0
 
 def controlled_picture(
     requests: Sequence[LobeRequest],
-    look: Look,
+    look: LobeStyle,
     size: tuple[int, int],
     *,
     overlay: bool = False,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from clbrdf.viz.colour_bar import Key
-from clbrdf.viz.layout import LEFT_EDGE, TITLE_SIZE, TOP_EDGE, Layout, characters
+from clbrdf.viz.layout import LEFT_EDGE, TITLE_SIZE, TOP_EDGE, PictureLayout, characters
 from clbrdf.viz.lettering import screen_text
 
 
@@ -23,10 +23,10 @@ class Words:
     ----------
     window : vtkRenderWindow
         With a layer 2.
-    layout : Layout
+    layout : PictureLayout
     """
 
-    def __init__(self, window: Any, layout: Layout) -> None:
+    def __init__(self, window: Any, layout: PictureLayout) -> None:
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
         self.renderer = vtkRenderer()
@@ -44,7 +44,7 @@ class Words:
         """Everything that is written here and in the key."""
         return [self._title, self._notes, self._foot, *self._captions, *self.key.texts]
 
-    def arrange(self, layout: Layout) -> None:
+    def arrange(self, layout: PictureLayout) -> None:
         """Put everything where a layout has it."""
         self.layout = layout
         letter, height = layout.letter, layout.size[1]
@@ -74,7 +74,7 @@ class Words:
         """Set everything but the key and the foot line; long lines are broken, a long title is cut."""
         layout = self.layout
         fitting = characters(layout.size[0], layout.letter)
-        self._title.SetInput(shortened(title, round(fitting / TITLE_SIZE / 1.1)))
+        self._title.SetInput(cut_text(title, round(fitting / TITLE_SIZE / 1.1)))
         self._notes.SetInput(wrapped("\n".join(notes), fitting) if layout.notes else "")
         for actor, text, panel in zip(self._captions, captions, layout.panels, strict=True):
             left, _, right, letter = panel.corner
@@ -83,7 +83,7 @@ class Words:
             if len(lines) > panel.caption_lines:
                 lines = [
                     *lines[: panel.caption_lines - 1],
-                    shortened(" ".join(lines[panel.caption_lines - 1 :]), room),
+                    cut_text(" ".join(lines[panel.caption_lines - 1 :]), room),
                 ]
             actor.SetInput("\n".join(lines))
 
@@ -93,7 +93,7 @@ class Words:
         self.arrange(self.layout)
 
 
-def shortened(text: str, room: int) -> str:
+def cut_text(text: str, room: int) -> str:
     """Cut a text after a number of letters, at a word's end where there is one."""
     if len(text) <= room:
         return text

@@ -13,7 +13,7 @@ from clbrdf.batch.folder import INDEX, Catalogue
 from clbrdf.batch.tasks import (
     Done,
     Look,
-    Part,
+    SolvedBlock,
     Source,
     UnfitWorkerError,
     UnseenError,
@@ -44,7 +44,7 @@ class _Scan:
     source: Source
     data: Any = None  # a future of its bytes, once a worker did not see the file
     found: Look | None = None
-    parts: dict[int, Part] = field(default_factory=dict)
+    parts: dict[int, SolvedBlock] = field(default_factory=dict)
     attempts: int = 0
     is_over: bool = False
 

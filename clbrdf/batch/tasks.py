@@ -72,7 +72,7 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SolvedBlock:
     """A block that is solved: on which device, and in how many seconds."""
 
     solution: Solution
@@ -124,7 +124,7 @@ def look(source: Source, data: bytes | None, request: Request) -> Look:
     return Look(digest, 0)
 
 
-def solve_block(source: Source, data: bytes | None, request: Request, digest: str, place: int) -> Part:
+def solve_block(source: Source, data: bytes | None, request: Request, digest: str, place: int) -> SolvedBlock:
     """Solve one block of a scan's wavelengths."""
     _check_worker(request.version)
     start = time.perf_counter()
@@ -132,11 +132,16 @@ def solve_block(source: Source, data: bytes | None, request: Request, digest: st
     with suppress(_SolvedError):
         request.fit(_same_scan(source, data, digest), solving)
     assert solving.solution is not None
-    return Part(solving.solution, str(choose_device()), time.perf_counter() - start)
+    return SolvedBlock(solving.solution, str(choose_device()), time.perf_counter() - start)
 
 
 def finish(
-    source: Source, data: bytes | None, request: Request, digest: str, parts: Sequence[Part], folder: str
+    source: Source,
+    data: bytes | None,
+    request: Request,
+    digest: str,
+    parts: Sequence[SolvedBlock],
+    folder: str,
 ) -> Done:
     """Put the fit of a scan together and write it, whole; do all of it where there are no parts."""
     _check_worker(request.version)
@@ -269,7 +274,7 @@ class _Solving:
 class _Known:
     """An executor whose jobs are done already."""
 
-    def __init__(self, parts: Sequence[Part]) -> None:
+    def __init__(self, parts: Sequence[SolvedBlock]) -> None:
         self.parts = parts
         self.blocks: Sequence[npt.NDArray[np.intp]] = ()
 

@@ -15,9 +15,9 @@ from clbrdf.bench.hard_cases import HARD_CASES, TIN_FOIL
 from clbrdf.bench.workload import median_seconds, workload
 from clbrdf.evaluate import evaluate_reference
 from clbrdf.fit.anneal import AnnealSettings
-from clbrdf.fit.batch import batch_objective, prepare_objective
 from clbrdf.fit.dictionary import DictionarySettings
 from clbrdf.fit.methods import METHODS
+from clbrdf.fit.objectives import batch_objective, prepare_objective
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.fit.solve import Solution, solve
 from clbrdf.geometry import Directions
@@ -37,7 +37,7 @@ SMALLEST = 1e-30
 
 
 @dataclass(frozen=True)
-class Point:
+class AccuracyPoint:
     """One point of a work-precision table.
 
     Attributes
@@ -65,10 +65,10 @@ class CostPanel:
     title: str
     work: str
     error: str
-    points: tuple[Point, ...]
+    points: tuple[AccuracyPoint, ...]
 
 
-def able(device: Device) -> list[Precision]:
+def precisions_of(device: Device) -> list[Precision]:
     """Return the precisions that a device computes in."""
     return [p for p in PRECISIONS.values() if p.dtype is np.float32 or device.has_double]
 
@@ -91,14 +91,14 @@ def value_panel(device: Device) -> CostPanel:
         rng.uniform(0, 80, 1 << 14), rng.uniform(0, 80, 1 << 14), rng.uniform(0, 360, 1 << 14)
     )
     sets = np.repeat(model.defaults[None], 64, axis=0)
-    for p in able(device):
+    for p in precisions_of(device):
         seconds = median_seconds(partial(evaluate_directions, model, sets, many, p, device), 5)
         for name, works in families.items():
             errors = [
                 relative_error(evaluate_directions(model, *work, p, device), reference)
                 for work, reference in zip(works, exact[name], strict=True)
             ]
-            points.append(Point(name, p.name, seconds / (len(many) * len(sets)), max(errors)))
+            points.append(AccuracyPoint(name, p.name, seconds / (len(many) * len(sets)), max(errors)))
     return CostPanel("(a) model values", "seconds a value", "largest relative error", tuple(points))
 
 
@@ -114,11 +114,11 @@ def objective_panel(device: Device) -> CostPanel:
     few = sets[:, :3]
     exact = exact_objective(problem, few[0])
     points = []
-    for p in able(device):
+    for p in precisions_of(device):
         launch, _ = prepare_objective(problem, sets, p)
         seconds = median_seconds(launch) / (problem.size[1] * sets.shape[1])
         error = relative_error(batch_objective(problem, few, p)[0], exact)
-        points.append(Point("E near the optimum", p.name, seconds, error))
+        points.append(AccuracyPoint("E near the optimum", p.name, seconds, error))
     return CostPanel("(b) objective E", "seconds an evaluation", "largest relative error", tuple(points))
 
 
@@ -174,7 +174,7 @@ def fit_panel(device: Device, scan: Scan, report: Report = silent) -> CostPanel:
         share = float(np.median(off))
         met = f"{100 * np.mean(excess < 1e-6):.0f} % found, q ± {share:.0e}"
         middle = float(np.median(np.maximum(excess, 1e-16)))
-        points.append(Point(series, label, seconds / len(best), middle, met))
+        points.append(AccuracyPoint(series, label, seconds / len(best), middle, met))
     return CostPanel("(c) fit: chains × sweeps", "seconds a wavelength", "median excess of E", tuple(points))
 
 
@@ -216,11 +216,13 @@ def integral_panel(device: Device) -> CostPanel:
                 grid = maker(n)
                 seconds = median_seconds(partial(make_and_integrate, maker, n, parameters), 3)
                 error = max(abs(integrate(grid, parameters) / exact - 1.0), 1e-16)
-                points.append(Point(f"{kind}, {lobe} lobe", f"{len(grid.weight)} directions", seconds, error))
+                points.append(
+                    AccuracyPoint(f"{kind}, {lobe} lobe", f"{len(grid.weight)} directions", seconds, error)
+                )
     return CostPanel("(d) reflectance to 85°", "seconds an integral", "relative error", tuple(points))
 
 
-def thinned(scan: Scan, wavelengths: int) -> Scan:
+def some_wavelengths(scan: Scan, wavelengths: int) -> Scan:
     """Return a scan at some of its wavelengths, evenly chosen."""
     places = np.linspace(0, len(scan.wavelength) - 1, wavelengths).round().astype(np.intp)
     return replace(scan.columns(places), sample=scan.sample)

@@ -23,10 +23,10 @@ from clbrdf.rig.adaptive.light import NoiseModel
 from clbrdf.rig.adaptive.observe import CalibratedPoint
 from clbrdf.rig.adaptive.planner import AdaptivePlanner
 from clbrdf.rig.adaptive.settings import Adaptive
-from clbrdf.rig.budget import Budget, PointSources, Source
+from clbrdf.rig.budget import Budget, ErrorSource, PointSources
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig, load_rig
-from clbrdf.rig.route import arrange, overhead, travel_times
+from clbrdf.rig.route import order_points, overhead, travel_times
 from clbrdf.rig.row import NO_ROW, POINT, Row
 from clbrdf.rig.stagesettings import AXES
 
@@ -149,7 +149,7 @@ class SimulatedLight:
     """An observer of points that were never measured."""
 
     def __init__(self, surface: PlannedSurface, plan: Plan, rig: Rig, seed: int) -> None:
-        relative = Source(name="point", percent=NOISE, kind="point")
+        relative = ErrorSource(name="point", percent=NOISE, kind="point")
         budget = Budget(
             mechanical=(relative,), illumination=(), detection=(), personal=(), points=PointSources()
         )
@@ -281,7 +281,7 @@ def _uniform(candidates: CandidatePoints, count: int, random: np.random.Generato
 
 def _seconds(candidates: CandidatePoints, places: list[int], observer: SimulatedLight, rig: Rig) -> float:
     speeds = [getattr(rig.stages, name) for name in AXES]
-    _, axes = arrange(candidates.axes[places], speeds, "shortest")
+    _, axes = order_points(candidates.axes[places], speeds, "shortest")
     travel = travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), speeds).sum()
     exposures = sum(observer.row(0, candidates.nominal(p)).integration_time for p in places)
     return float(travel + exposures + len(places) * overhead(rig))

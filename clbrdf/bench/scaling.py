@@ -48,7 +48,7 @@ MOST_FULL = 100_000
 
 
 @dataclass(frozen=True)
-class Point:
+class ScalingPoint:
     """One whole fit.
 
     Attributes
@@ -97,7 +97,7 @@ def scaling_scan(directions: int, wavelengths: int, model: str) -> Scan:
     return Scan(d.theta_i, d.phi_i, d.theta_r, d.phi_r, nm, brdf)
 
 
-def measure(device: Device, report: Report = silent) -> list[Point]:
+def measure_sizes(device: Device, report: Report = silent) -> list[ScalingPoint]:
     """Return the points over directions, over wavelengths, and of a file of MERL's size.
 
     Raises
@@ -113,7 +113,7 @@ def measure(device: Device, report: Report = silent) -> list[Point]:
     return points
 
 
-def fit_in_child(directions: int, wavelengths: int, model: str, device: Device) -> Point:
+def fit_in_child(directions: int, wavelengths: int, model: str, device: Device) -> ScalingPoint:
     """Fit a scan in a fresh process, and where it is small enough search on all directions in another.
 
     Raises
@@ -127,7 +127,7 @@ def fit_in_child(directions: int, wavelengths: int, model: str, device: Device) 
     if directions <= MOST_FULL:
         whole = np.array(_run({**task, "everywhere": True})["objective"])
         excess = float((np.array(row["objective"]) / whole - 1.0).max())
-    return Point(model, directions, wavelengths, row["seconds"], row["cpu"], row["peak"], excess)
+    return ScalingPoint(model, directions, wavelengths, row["seconds"], row["cpu"], row["peak"], excess)
 
 
 def _run(task: dict[str, Any]) -> dict[str, Any]:
@@ -160,6 +160,6 @@ def child() -> None:
     print(json.dumps({**row, "objective": result.objective.tolist()}))
 
 
-def as_rows(points: list[Point]) -> list[dict[str, Any]]:
+def as_rows(points: list[ScalingPoint]) -> list[dict[str, Any]]:
     """Return points as plain values."""
     return [{**asdict(point), "nanoseconds": point.each} for point in points]

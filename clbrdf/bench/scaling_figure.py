@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clbrdf.bench.scaling import FEW, MERL, USUAL, Point
+from clbrdf.bench.scaling import FEW, MERL, USUAL, ScalingPoint
 from clbrdf.viz.curves import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def scaling_figure(points: Sequence[Point], device: str) -> Figure:
+def scaling_figure(points: Sequence[ScalingPoint], device: str) -> Figure:
     """Draw nanoseconds a value and peak memory, over directions on the left and wavelengths on the right."""
     from matplotlib.figure import Figure
 

@@ -49,7 +49,7 @@ REPEATS = 3
 
 
 @dataclass(frozen=True)
-class Row:
+class BiasRow:
     """One surface behind one aperture.
 
     Attributes
@@ -121,7 +121,9 @@ def bias(result: Fit, name: str) -> float:
     return float(np.max(off))
 
 
-def compare(name: str, ratio: float, wavelengths: int, repeats: int, device: Device | None = None) -> Row:
+def fit_both_ways(
+    name: str, ratio: float, wavelengths: int, repeats: int, device: Device | None = None
+) -> BiasRow:
     """Fit one surface behind one aperture, as points and through it."""
     angle = 2.0 * ratio * half_width(name)
     scan = seen_scan(name, angle, wavelengths, device)
@@ -139,7 +141,7 @@ def compare(name: str, ratio: float, wavelengths: int, repeats: int, device: Dev
             )
             if k:  # the first builds the kernels
                 spent[way] = min(spent[way], time.process_time() - start)
-    return Row(
+    return BiasRow(
         model=name,
         ratio=ratio,
         angle=angle,
@@ -158,11 +160,11 @@ def run(
     wavelengths: int = WAVELENGTHS,
     repeats: int = REPEATS,
     report: Report = silent,
-) -> list[Row]:
+) -> list[BiasRow]:
     """Return a row for each surface and each aperture."""
     pairs = [(name, ratio) for name in names for ratio in ratios]
     rows = []
     for k, (name, ratio) in enumerate(pairs):
-        rows.append(compare(name, ratio, wavelengths, repeats, device))
+        rows.append(fit_both_ways(name, ratio, wavelengths, repeats, device))
         report(k + 1, len(pairs))
     return rows

@@ -15,7 +15,7 @@ from clbrdf.bench.peers.c_peer import c_objective
 from clbrdf.bench.peers.numba_peer import numba_objective
 from clbrdf.bench.peers.numpy_peer import numpy_objective
 from clbrdf.bench.workload import workload
-from clbrdf.fit.batch import prepare_objective
+from clbrdf.fit.objectives import prepare_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.models import get_model
 from clbrdf.opencl.device import Device, open_queue

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.batch import prepare_objective
+from clbrdf.fit.objectives import prepare_objective
 from clbrdf.fit.problem import Problem, make_problem
 from clbrdf.geometry import Directions
 from clbrdf.models import Model, get_model

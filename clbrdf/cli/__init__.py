@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, MissingArgumentError
 
 from clbrdf import __version__
 from clbrdf.errors import LONGEST, ON_COMMAND_LINE, ClbrdfError, shortened
@@ -69,6 +69,15 @@ def make_app(chosen: str = "") -> App:
     return app
 
 
+def _missing(error: MissingArgumentError) -> str:
+    """Return what to say where an argument that is needed was not given, or an option has no value."""
+    if error.argument is None:
+        return str(error)
+    command = " ".join(("clbrdf", *(error.command_chain or ())))
+    lack = f"{error.keyword} has no value" if error.keyword else f"{error.argument.name} is missing"
+    return f"{lack}; '{command} --help' shows what the command takes"
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
     words = list(sys.argv[1:] if argv is None else argv)
@@ -80,7 +89,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
-        text = shortened(" ".join(str(error).split()), LONGEST)
+        text = _missing(error) if isinstance(error, MissingArgumentError) else str(error)
+        text = shortened(" ".join(text.split()), LONGEST)
         print(f"clbrdf: {text}", file=sys.stderr)
         return USAGE_ERROR
     except KeyboardInterrupt:

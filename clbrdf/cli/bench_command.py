@@ -8,7 +8,14 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from clbrdf.bench.accuracy import CostPanel, fit_panel, integral_panel, objective_panel, thinned, value_panel
+from clbrdf.bench.accuracy import (
+    CostPanel,
+    fit_panel,
+    integral_panel,
+    objective_panel,
+    some_wavelengths,
+    value_panel,
+)
 from clbrdf.bench.figure import accuracy_figure
 from clbrdf.bench.throughput import Contender, Start, contenders_on, measure_start, race
 from clbrdf.cli.bench_batch import bench_batch
@@ -187,7 +194,7 @@ def _print_group(group: str, rows: list[Contender]) -> None:
 
 
 def _accuracy(device: Device, png: Path | None, overwrite: bool) -> dict[str, object]:
-    scan = thinned(Scan.open(sample_scan("yellow_tin_foil")), FIT_WAVELENGTHS)
+    scan = some_wavelengths(Scan.open(sample_scan("yellow_tin_foil")), FIT_WAVELENGTHS)
     with progress_bar("fits") as report:
         fits = fit_panel(device, scan, report)
     panels = [value_panel(device), objective_panel(device), fits, integral_panel(device)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clbrdf.bench.scaling import MERL, Point, as_rows, measure
+from clbrdf.bench.scaling import MERL, ScalingPoint, as_rows, measure_sizes
 from clbrdf.bench.scaling_figure import scaling_figure
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.opencl.device import Device
@@ -17,7 +17,7 @@ from clbrdf.viz.curves import save_figure
 def bench_scaling(device: Device, png: Path | None, overwrite: bool) -> dict[str, Any]:
     """Measure, print the table, draw the figure; return all numbers."""
     with progress_bar("fits") as report:
-        points = measure(device, report)
+        points = measure_sizes(device, report)
     print(f"{device}, {device.compute_units} units\n")
     heads = ("", "N", "W", "seconds", "all cores, s", "ns a value", "peak GB", "E above full search")
     print_table("Fits of N directions × W wavelengths", heads, [_row(point) for point in points])
@@ -26,7 +26,7 @@ def bench_scaling(device: Device, png: Path | None, overwrite: bool) -> dict[str
     return {"scaling": as_rows(points)}
 
 
-def _row(point: Point) -> list[str]:
+def _row(point: ScalingPoint) -> list[str]:
     size = point.directions, point.wavelengths, point.model
     return [
         f"{point.model}, as MERL" if size == MERL else point.model,

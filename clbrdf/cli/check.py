@@ -83,6 +83,6 @@ def check_words(verdicts: Sequence[Verdict], tolerance: float) -> str:
     )
 
 
-def check_content(verdicts: Sequence[Verdict], tolerance: float) -> dict[str, Any]:
+def verdict_content(verdicts: Sequence[Verdict], tolerance: float) -> dict[str, Any]:
     """Return verdicts as plain values for JSON."""
     return {"tolerance": tolerance, "verdicts": [asdict(v) for v in verdicts]}

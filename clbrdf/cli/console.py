@@ -19,10 +19,18 @@ WIDTH_OFF_TERMINAL = 200
 """Columns of a table that goes to a file or a pipe, where nothing wraps."""
 
 
+class _Console(Console):
+    """A console that goes silent when its reader (head, less) has gone: what is left to do is done."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def stdout_console() -> Console:
     """Console for results."""
     width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else WIDTH_OFF_TERMINAL
-    return Console(width=width, highlight=False, emoji=False, markup=False)
+    return _Console(width=width, highlight=False, emoji=False, markup=False)
 
 
 def stderr_console() -> Console:

@@ -16,7 +16,7 @@ from clbrdf.errors import InputError
 from clbrdf.formats.rgl.accuracy import FIRST_INCIDENT, LARGEST_VIEW, LAST_INCIDENT
 from clbrdf.formats.rgl.export import Export, export_material
 from clbrdf.formats.rgl.tables import write_tables
-from clbrdf.render.sources import MaterialSource, at_wavelengths, in_colour, in_false_colour, open_source
+from clbrdf.render.sources import MaterialSource, in_colour, in_false_colour, material_at, open_source
 from clbrdf.storage.files import check_output
 
 
@@ -68,7 +68,7 @@ def export_rgl(
         raise InputError("--side transmission: an rgl file holds reflection only")
     source = open_source(file, chosen.phi_i)
     if chosen.wavelength is not None:
-        source = at_wavelengths(source, chosen.wavelength)
+        source = material_at(source, chosen.wavelength)
     if colour.rgb:
         source = in_colour(source, colour.illuminant or DEFAULT_ILLUMINANT)
     elif colour.false_colour is not None:

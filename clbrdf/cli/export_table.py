@@ -108,7 +108,7 @@ def in_rgb(scan: Scan, illuminant: str) -> Scan:
     """
     if scan.bands:
         raise InputError(f"the scan has the bands {', '.join(scan.bands)} already; leave --rgb out")
-    weights = rgb_weights(scan.wavelength, illuminant)
+    weights = rgb_weights(scan.wavelength, illuminant, "write a format that holds wavelengths")
     assert scan.flags is not None
     masked = np.asarray(for_other_reasons(scan.flags).any(axis=1), dtype=np.bool_)
     values = np.maximum(np.where(masked.reshape(-1, 1), np.nan, scan.brdf @ weights.T), 0.0)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from clbrdf.cli.check import NO_CHECK, check_content, check_count, run_check
+from clbrdf.cli.check import NO_CHECK, check_count, run_check, verdict_content
 from clbrdf.cli.console import progress_bar
 from clbrdf.cli.instrument import told_instrument
 from clbrdf.cli.options import (
@@ -191,7 +191,7 @@ def command(
     print_fit(str(target), result, all_rows)
     verdicts = run_check(result, checked)
     if json is not None:
-        told = {"check": check_content(verdicts, tolerance_of(result))} if verdicts else {}
+        told = {"check": verdict_content(verdicts, tolerance_of(result))} if verdicts else {}
         whole_text(json, {**fit_content(result), **told}, overwrite)
     return int(any(verdict.word == "worse" for verdict in verdicts))
 

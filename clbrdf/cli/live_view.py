@@ -21,7 +21,7 @@ def live_view() -> Iterator[Callable[[Snapshot], None]]:
     """Give what shows a snapshot: in place on a terminal, a line for each point elsewhere."""
     console = stderr_console()
     if not console.is_terminal:
-        yield lambda snapshot: console.print(one_line(snapshot), highlight=False, soft_wrap=True)
+        yield lambda snapshot: console.print(snapshot_line(snapshot), highlight=False, soft_wrap=True)
         return
     from rich.live import Live as RichLive
     from rich.text import Text
@@ -30,7 +30,7 @@ def live_view() -> Iterator[Callable[[Snapshot], None]]:
         yield lambda snapshot: display.update(Text(picture(snapshot)))
 
 
-def one_line(snapshot: Snapshot) -> str:
+def snapshot_line(snapshot: Snapshot) -> str:
     """Return a snapshot as one line."""
     theta_i, phi_i, theta_r, phi_r = snapshot.row.nominal
     place = f"θi {theta_i:g}° θr {theta_r:g}° φ {(phi_r - phi_i) % 360.0:g}°"
@@ -40,7 +40,7 @@ def one_line(snapshot: Snapshot) -> str:
 
 def picture(snapshot: Snapshot) -> str:
     """Return a snapshot as a few lines with the spectrum as blocks."""
-    lines = [one_line(snapshot)]
+    lines = [snapshot_line(snapshot)]
     if len(snapshot.brdf):
         first, last = snapshot.wavelength[0], snapshot.wavelength[-1]
         lines.append(f"  BRDF {spark(snapshot.brdf)}  {first:g} to {last:g} nm")

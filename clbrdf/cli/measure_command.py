@@ -23,7 +23,7 @@ from clbrdf.rig.errors import StoppedError
 from clbrdf.rig.eventlog import Event
 from clbrdf.rig.interrupt import StopRequest
 from clbrdf.rig.live import Snapshot
-from clbrdf.rig.measure import Outcome, measure
+from clbrdf.rig.measure import MeasurementOutcome, measure
 from clbrdf.rig.planfile import Plan, load_plan
 from clbrdf.rig.rigfile import Rig, load_rig
 from clbrdf.rig.route import Route, plan_route
@@ -124,7 +124,7 @@ def command(
     return _verdict(outcome)
 
 
-def _print_outcome(output: Path, outcome: Outcome) -> None:
+def _print_outcome(output: Path, outcome: MeasurementOutcome) -> None:
     rows = [
         ["points", f"{outcome.points}"],
         ["left out, out of reach", f"{outcome.left_out}"],
@@ -139,7 +139,7 @@ def _print_outcome(output: Path, outcome: Outcome) -> None:
         print(f"the plan ended: {outcome.end}")
 
 
-def _verdict(outcome: Outcome) -> int:
+def _verdict(outcome: MeasurementOutcome) -> int:
     """Say loudly what makes a scan doubtful; 1 where something does."""
     complaints = [f"the direct beam was {text}" for text in outcome.changes]
     if outcome.doubt:

@@ -130,9 +130,9 @@ def command(
             return
         graphics.require_screen()
     requests = _requests(files, wavelength, theta_i, difference)
-    from clbrdf.viz.style import Look
+    from clbrdf.viz.style import LobeStyle
 
-    look = Look(radius=radius, colour=colour, floor=floor, points=points)
+    look = LobeStyle(radius=radius, colour=colour, floor=floor, points=points)
     told = stderr_console()
     if csv is not None:
         from clbrdf.viz.values import save_values

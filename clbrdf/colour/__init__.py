@@ -40,6 +40,9 @@ BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.03
 FIRST_NEEDED, LAST_NEEDED, LARGEST_STEP = 460.0, 620.0, 60.0
 """A spectrum that ends before these, or with larger steps (nm), does not determine a colour."""
 
+SPECTRUM = "take a spectrum that goes so far"
+"""What to do about wavelengths that do not determine a colour, where nothing better is known."""
+
 
 def get_illuminant(name: str) -> Array:
     """Return the relative spectral power of an illuminant on `cie.WAVELENGTH`, (81,).
@@ -55,8 +58,8 @@ def get_illuminant(name: str) -> Array:
     return ILLUMINANTS[known]
 
 
-def check_spectrum(wavelength: Array) -> None:
-    """Raise InputError where wavelengths (W,) in nm do not determine a colour."""
+def check_spectrum(wavelength: Array, mend: str = SPECTRUM) -> None:
+    """Raise InputError, which ends with `mend`, where wavelengths (W,) in nm do not determine a colour."""
     inside = wavelength[(wavelength >= 360.0) & (wavelength <= 800.0)]
     if (
         len(inside) < 3
@@ -67,11 +70,11 @@ def check_spectrum(wavelength: Array) -> None:
         there = f"{wavelength[0]:g}" if len(wavelength) == 1 else f"{wavelength[0]:g} to {wavelength[-1]:g}"
         raise InputError(
             f"a colour needs a spectrum from {FIRST_NEEDED:g} to {LAST_NEEDED:g} nm in steps of at most"
-            f" {LARGEST_STEP:g} nm, and this has {len(wavelength)} at {there} nm; colour by value instead"
+            f" {LARGEST_STEP:g} nm, and this has {len(wavelength)} at {there} nm; {mend}"
         )
 
 
-def colour_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> Array:
+def colour_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT, mend: str = SPECTRUM) -> Array:
     """Weights (3, W) that take a reflectance spectrum on wavelengths (nm) to X, Y, Z with white Y = 1.
 
     The spectrum is taken as linear between its wavelengths and constant beyond its ends.
@@ -82,7 +85,7 @@ def colour_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> A
         The wavelengths do not determine a colour, or the illuminant is not known.
     """
     power = get_illuminant(illuminant)
-    check_spectrum(wavelength)
+    check_spectrum(wavelength, mend)
     light = power * np.array([cie.X_BAR, cie.Y_BAR, cie.Z_BAR])
     light /= light[1].sum()
     # Each wavelength's share is the hat function of linear interpolation.
@@ -90,7 +93,7 @@ def colour_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> A
     return np.asarray(light @ hats.T)
 
 
-def rgb_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> Array:
+def rgb_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT, mend: str = SPECTRUM) -> Array:
     """Weights (3, W) that take a reflectance spectrum to linear sRGB; a spectrum of ones gives (1, 1, 1).
 
     Raises
@@ -98,7 +101,7 @@ def rgb_weights(wavelength: Array, illuminant: str = DEFAULT_ILLUMINANT) -> Arra
     InputError
         As `colour_weights`.
     """
-    xyz = colour_weights(wavelength, illuminant)
+    xyz = colour_weights(wavelength, illuminant, mend)
     here = BRADFORD @ xyz.sum(axis=1)
     there = BRADFORD @ np.linalg.solve(XYZ_TO_RGB, np.ones(3))
     adapted = np.linalg.solve(BRADFORD, (there / here)[:, None] * (BRADFORD @ xyz))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from clbrdf.fit.carried import Part, carried, total
 from clbrdf.fit.correlated import correlated_chi2, has_common_errors
-from clbrdf.fit.gls import Precision
+from clbrdf.fit.gls import PrecisionMatrix
 from clbrdf.fit.goodness import deviation_tests
 from clbrdf.fit.layout import Layout
 from clbrdf.fit.parts import in_order
@@ -210,7 +210,7 @@ def _uncertainty(
     if scan.components if from_file else scan.common_components:
         components = measured.components if from_file else measured.common_components
         # The weights of the values as of the usual optimum, as they were fitted.
-        precision = Precision.of(measured, g, usual) if usual is not None else None
+        precision = PrecisionMatrix.of(measured, g, usual) if usual is not None else None
         where = measured.directions, measured.wavelength
         told = carried(seen, *where, components, vector, own, values, g.T, system, precision)
         slopes = _slopes(model, vector)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.gls import Precision
+from clbrdf.fit.gls import PrecisionMatrix
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.shared_uncertainty import SharedSystem
 from clbrdf.fit.uncertainty import CHUNK_BYTES
@@ -29,7 +29,7 @@ from clbrdf.geometry import Directions
 from clbrdf.observation import ForwardModel
 from clbrdf.records import Record
 from clbrdf.scan import Component
-from clbrdf.scan.correlation import factor
+from clbrdf.scan.correlation import covariance_factor
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -100,7 +100,7 @@ def carried(
     values: Array,
     weights: Array,
     shared: SharedSystem | None = None,
-    precision: Precision | None = None,
+    precision: PrecisionMatrix | None = None,
 ) -> tuple[Part, ...]:
     """Return what each component makes of the parameters' covariance.
 
@@ -121,7 +121,7 @@ def carried(
         Of the model, 1/sr, and g; values of weight 0 are left out.
     shared : SharedSystem, optional
         How parameters that are one number for all wavelengths answer.
-    precision : Precision, optional
+    precision : PrecisionMatrix, optional
         In place of the weights, where the fit was one of generalised least squares.
     """
     works = [_Work.of(one, directions, wavelength, parameters.shape, shared) for one in components]
@@ -267,7 +267,7 @@ class _Work:
         own = self.spread - follows @ np.swapaxes(self.cross, 1, 2)
         modes = np.empty((0, w, p))
         for k in range(w):
-            root = factor(self.of_shared[k])
+            root = covariance_factor(self.of_shared[k])
             more = -(shared.follow @ root)
             more[k] += follows[k] @ root
             more[:, shared.places] = root
@@ -317,7 +317,7 @@ class Mean:
     count: int
 
 
-def mean_over(parts: Sequence[Part], values: Array, sigma: Array, place: int, weights: Array) -> Mean:
+def mean_of_parameter(parts: Sequence[Part], values: Array, sigma: Array, place: int, weights: Array) -> Mean:
     """Return the mean of a parameter's values (W,) with weights (W,); those without a σ are left out."""
     good = np.isfinite(values) & np.isfinite(sigma) & (weights > 0.0)
     if not good.any():

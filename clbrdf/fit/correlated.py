@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.gls import Precision
+from clbrdf.fit.gls import PrecisionMatrix
 from clbrdf.fit.records import Estimate, Setup
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.uncertainty import CHUNK_BYTES
@@ -67,7 +67,7 @@ def _chi2(
     jacobian = seen.jacobian(vector[:, None, :])
     jacobian = np.where(used[..., None] & own[:, None, :] & np.isfinite(jacobian), jacobian, 0.0)
     both = np.concatenate([jacobian, residual[..., None]], axis=2)
-    square = Precision.of(scan, weights, values).across(both, slice(None)) @ both
+    square = PrecisionMatrix.of(scan, weights, values).across(both, slice(None)) @ both
     b = square[:, :-1, -1:]
     moved = np.swapaxes(b, 1, 2) @ inverse_of(square[:, :-1, :-1], own) @ b
     return np.asarray(square[:, -1, -1] - moved[:, 0, 0])

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 
-def columns(fit: Fit) -> dict[str, npt.NDArray[Any]]:
+def fit_columns(fit: Fit) -> dict[str, npt.NDArray[Any]]:
     """Return one row a wavelength: parameters with 1σ and intervals, goodness, status, remarks in words."""
     bands = fit.scan.bands
     out: dict[str, npt.NDArray[Any]] = {
@@ -52,7 +52,7 @@ def to_dataframe(fit: Fit) -> pd.DataFrame:
         import pandas as pd
     except ImportError:
         raise InputError("pandas is not installed; install clbrdf[table]") from None
-    return pd.DataFrame(columns(fit))
+    return pd.DataFrame(fit_columns(fit))
 
 
 def to_xarray(fit: Fit) -> xr.Dataset:
@@ -82,7 +82,7 @@ def write_csv(fit: Fit, path: str | Path, overwrite: bool = False) -> None:
     InputError
         The file exists and `overwrite` is False, or it cannot be written.
     """
-    table = columns(fit)
+    table = fit_columns(fit)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table)

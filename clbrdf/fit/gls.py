@@ -35,7 +35,7 @@ ASSUMES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Precision:
+class PrecisionMatrix:
     """V⁻¹ at W wavelengths of N directions.
 
     Attributes
@@ -50,7 +50,7 @@ class Precision:
     modes: Array
 
     @classmethod
-    def of(cls, scan: Scan, weights: Array, values: Array) -> Precision:
+    def of(cls, scan: Scan, weights: Array, values: Array) -> PrecisionMatrix:
         """Return V⁻¹ for model values (W, N) of a scan; values of weight 0 (N, W) are left out.
 
         Raises
@@ -104,10 +104,10 @@ def generalised(
     Raises
     ------
     InputError
-        As `Precision.of`.
+        As `PrecisionMatrix.of`.
     """
     usual = seen.brdf(seen.model.from_coordinates(solution.coordinates)[:, None, :])
-    precision = Precision.of(scan, weights, usual)
+    precision = PrecisionMatrix.of(scan, weights, usual)
     q, converged = solution.coordinates.copy(), np.zeros(len(solution.coordinates), dtype=np.bool_)
     for k in range(len(q)):
         q[k], converged[k] = _descend(seen, scan, precision, k, q[k], lower[k], upper[k])
@@ -115,7 +115,7 @@ def generalised(
 
 
 def _descend(
-    seen: ForwardModel, scan: Scan, precision: Precision, k: int, q: Array, lower: Array, upper: Array
+    seen: ForwardModel, scan: Scan, precision: PrecisionMatrix, k: int, q: Array, lower: Array, upper: Array
 ) -> tuple[Array, bool]:
     model, row, used = seen.model, slice(k, k + 1), precision.weights[k] > 0.0
     measured = np.where(used, scan.brdf[:, k], 0.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
+from clbrdf.fit.sample import MANY, SAMPLE, DirectionSample, sample_of
 from clbrdf.geometry import Directions, mirror_distance
 from clbrdf.models import Model
 from clbrdf.observation import ForwardModel, Observation
@@ -37,7 +37,7 @@ class Layout:
         Distance from the mirror direction, a quarter of |β − β0|² in direction cosines.
     seen : ForwardModel
         What the detector sees in them.
-    sample : Sample or None
+    sample : DirectionSample or None
         Of these directions, in this order, where they are many.
     """
 
@@ -46,7 +46,7 @@ class Layout:
     starts: npt.NDArray[np.uint32]
     mirror: Array
     seen: ForwardModel
-    sample: Sample | None
+    sample: DirectionSample | None
 
 
 def layout_of(model: Model, directions: Directions, observation: Observation | None = None) -> Layout:

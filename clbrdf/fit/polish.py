@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.fit.batch import batch_objective
+from clbrdf.fit.objectives import batch_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.seen import library_of, upload_seen
 from clbrdf.fit.thin import on_sample, thin_sample

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.fit.layout import Layout, layout_of
-from clbrdf.fit.sample import Sample
+from clbrdf.fit.sample import DirectionSample
 from clbrdf.models import Model
 from clbrdf.objective import scale_residuals
 from clbrdf.observation import ForwardModel, Observation
@@ -55,7 +55,7 @@ class Problem:
         Runs the kernels.
     order : (N,) int
         Place of each direction in the scan.
-    sample : Sample or None
+    sample : DirectionSample or None
         Directions on which many are searched, where they are chosen already.
     """
 
@@ -72,7 +72,7 @@ class Problem:
     keys: npt.NDArray[np.uint32]
     device: Device
     order: npt.NDArray[np.intp]
-    sample: Sample | None = None
+    sample: DirectionSample | None = None
 
     @property
     def size(self) -> tuple[int, int]:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError
 from clbrdf.fit import storage
-from clbrdf.fit.carried import Mean, mean_over
+from clbrdf.fit.carried import Mean, mean_of_parameter
 from clbrdf.fit.frame import to_dataframe, to_xarray, write_csv
 from clbrdf.fit.goodness import misfit
 from clbrdf.fit.montecarlo import MonteCarlo
@@ -156,7 +156,7 @@ class Fit(Record):
         if share.shape != (w,) or not (share >= 0.0).all():
             raise InputError(f"weights of a mean have shape {share.shape}; give {w} that are not negative")
         values, sigma = self.estimate.vector[:, place], self.estimate.sigma[:, place]
-        return mean_over(self.estimate.parts, values, sigma, place, share)
+        return mean_of_parameter(self.estimate.parts, values, sigma, place, share)
 
     def _place(self, name: str) -> int:
         if name not in self.model.names:

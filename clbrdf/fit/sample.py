@@ -27,7 +27,7 @@ NEAREST = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class DirectionSample:
     """M of N directions.
 
     Attributes
@@ -42,7 +42,7 @@ class Sample:
     weight: Array
 
 
-def sample_of(mirror: Array, most: int) -> Sample:
+def sample_of(mirror: Array, most: int) -> DirectionSample:
     """Return at most so many directions, one drawn in each stratum of the distance from the mirror direction.
 
     Half of the strata are equally large, the other half grow with rank, so that a peak of any width has some
@@ -62,4 +62,4 @@ def sample_of(mirror: Array, most: int) -> Sample:
     drawn = first + (np.random.default_rng(SEED).random(len(first)) * size).astype(np.intp)
     places = order[drawn]
     rising = np.argsort(places)
-    return Sample(places[rising], size[rising].astype(np.float64))
+    return DirectionSample(places[rising], size[rising].astype(np.float64))

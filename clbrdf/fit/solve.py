@@ -15,7 +15,7 @@ from clbrdf.fit.limits import off_limits
 from clbrdf.fit.methods import Method
 from clbrdf.fit.polish import AS_LOW, EXACT, MOST_ITERATIONS, TOLERANCE, Polished, descend, polish
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.sample import MANY, SAMPLE, Sample, sample_of
+from clbrdf.fit.sample import MANY, SAMPLE, DirectionSample, sample_of
 from clbrdf.fit.thin import on_sample
 from clbrdf.opencl.precision import get_precision
 from clbrdf.progress import Report, silent
@@ -83,7 +83,7 @@ def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Re
         parts.append(_on_sample(problem.take(rows), few.take(rows), method, settings, seed, report))
     for k in np.flatnonzero(~enough):  # a sample of what is measured there
         seen = np.flatnonzero(problem.scale[k] > 0.0)
-        alone = on_sample(problem.take(np.array([k])), Sample(seen, np.ones(len(seen))))
+        alone = on_sample(problem.take(np.array([k])), DirectionSample(seen, np.ones(len(seen))))
         parts.append(solve(alone, method, settings, seed, silent))
     if len(parts) == 1:
         return parts[0]

@@ -30,7 +30,8 @@ def read_spectrum(path: Path, wavelength: Array) -> Array:
         does not cover the wavelengths.
     """
     if not path.is_file():
-        raise InputError(f"{path}: no such file; a spectrum is a CSV file of wavelength in nm, value")
+        said = "no such file" if path.suffix else "neither a number nor a file"
+        raise InputError(f"{path}: {said}; a spectrum is a CSV file of wavelength in nm, value")
     lines = read_text(path).lstrip("\ufeff").split("\n")
     values: dict[float, float] = {}
     heading_may_come = True

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from clbrdf.fit.problem import Problem
-from clbrdf.fit.sample import Sample
+from clbrdf.fit.sample import DirectionSample
 from clbrdf.observation import ForwardModel
 
 
-def thin_sample(problem: Problem, most: int) -> Sample:
+def thin_sample(problem: Problem, most: int) -> DirectionSample:
     """Return at most so many directions of a problem.
 
     Half of them are the nearest to the mirror direction, where lobes have their tops; the others are spread
@@ -19,14 +19,14 @@ def thin_sample(problem: Problem, most: int) -> Sample:
     """
     n = problem.size[1]
     if n <= most:
-        return Sample(np.arange(n), np.ones(n))
+        return DirectionSample(np.arange(n), np.ones(n))
     near = np.argsort(problem.mirror, kind="stable")[: most // 2]
     rest = np.setdiff1d(np.arange(n), near)
     spread = rest[np.linspace(0, len(rest) - 1, most - len(near)).round().astype(np.intp)]
     weight = np.ones(n)
     weight[spread] = len(rest) / len(spread)
     kept = np.sort(np.concatenate([near, spread]))
-    return Sample(kept, weight[kept])
+    return DirectionSample(kept, weight[kept])
 
 
 def thinned(problem: Problem, most: int) -> Problem:
@@ -37,7 +37,7 @@ def thinned(problem: Problem, most: int) -> Problem:
     return on_sample(points, thin_sample(problem, most))
 
 
-def on_sample(problem: Problem, sample: Sample) -> Problem:
+def on_sample(problem: Problem, sample: DirectionSample) -> Problem:
     """Return the problem on some of its directions."""
     kept, root = sample.places, np.sqrt(sample.weight)
     group = np.searchsorted(problem.starts, kept, side="right")

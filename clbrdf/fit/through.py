@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit.normal_equations import CHUNK_BYTES
 from clbrdf.fit.shared import inverse_of
 from clbrdf.fit.slit import slit_matrix
@@ -167,8 +167,8 @@ def check_bandwidth(instrument: Instrument, source: str, smooth: bool) -> None:
     """Raise InputError where a fit that is not smooth is told of a bandwidth."""
     if instrument.bandwidth is not None and not smooth:
         raise InputError(
-            f"{source}: bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01), or leave"
-            " bandwidth out"
+            f"{source}: bandwidth ties neighbouring wavelengths; add"
+            f" {advice('smooth=0.01', '--smooth 0.01')}, or leave bandwidth out"
         )
 
 

@@ -69,13 +69,13 @@ def choose_settings(problem: Problem, method: Method, seed: int, rtol: float) ->
     rtol : float
         Largest relative excess of E.
     """
-    rungs = measure(problem, method, seed)
+    rungs = measure_searches(problem, method, seed)
     place = next(k for k, rung in enumerate(rungs) if rung.excess <= MARGIN * rtol or k == len(rungs) - 1)
     better = [rung for rung in rungs[place + 1 :] if rung.excess < 0.5 * rungs[place].excess]
     return (rungs[place], *better[:1])
 
 
-def measure(problem: Problem, method: Method, seed: int) -> list[Rung]:
+def measure_searches(problem: Problem, method: Method, seed: int) -> list[Rung]:
     """Measure a method's searches on a problem, the cheapest first, the usual one last."""
     searches = [*method.cheaper, ("usual search", method.settings())]
     energies, times = [], []

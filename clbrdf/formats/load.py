@@ -129,7 +129,8 @@ def _format_of(path: Path, name: str | None, names: Mapping[str, str] | None) ->
     if get_format(name) not in tables:
         listed = " or ".join(each.name for each in tables)
         raise InputError(
-            f"{path}: --map names columns of a table, and {name} has none; leave it out or take {listed}"
+            f"{path}: {advice('names', '--map')} is for columns of a table, and {name} has none; leave it out"
+            f" or take {listed}"
         )
     return get_format(name)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.formats.vectors import to_half_difference
 from clbrdf.scan import Scan
 from clbrdf.scan.flags import for_other_reasons
@@ -28,13 +28,18 @@ def write(scan: Scan, path: Path) -> None:
     """
     if scan.bands != ("R", "G", "B"):
         there = ", ".join(scan.bands) or f"{len(scan.wavelength)} wavelengths"
-        raise InputError(f"MERL files hold R, G and B, and the scan has {there}; write them with --rgb")
+        raise InputError(
+            f"MERL files hold R, G and B, and the scan has {there};"
+            f" {advice('give a scan of these three bands', 'write them with --rgb')}"
+        )
     if scan.transmitted.any():
-        raise InputError("MERL files hold reflection only; choose it with --side reflection")
+        side = advice("scan.reflection()", "--side reflection")
+        raise InputError(f"MERL files hold reflection only; choose it with {side}")
     if len(scan.rotations()):
+        one = advice("scan.sel(phi_i=...)", "--phi-i")
         raise InputError(
             f"the scan was measured at {len(scan.rotations())} incident azimuths, and MERL files hold"
-            " no anisotropy; choose one with --phi-i, or write SSDD or RGL"
+            f" no anisotropy; choose one with {one}, or write SSDD or RGL"
         )
     half, difference, turn = to_half_difference(scan.theta_i, scan.theta_r, scan.phi)
     # Node k of θh stands at k²/90°.

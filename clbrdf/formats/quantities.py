@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from clbrdf.errors import InputError, shortened
+from clbrdf.errors import InputError, advice, shortened
 from clbrdf.storage import units
 
 
@@ -88,7 +88,7 @@ class Column:
     factor: float | None
 
 
-def plain(heading: str) -> str:
+def plain_heading(heading: str) -> str:
     """Return a heading in lower case, words joined by _, brackets about a unit left out."""
     text = heading.strip().strip('"').casefold()
     return re.sub(r"[\s_]+", "_", re.sub(r"[\[\]()]", " ", text).strip())
@@ -104,20 +104,22 @@ def renamed(path: Path, headings: Sequence[str], names: Mapping[str, str]) -> li
     """
     out = [heading.strip() for heading in headings]
     for column, name in names.items():
+        given = advice(f"names={{{column!r}: {name!r}}}", f"--map {column}={name}")
         places = [k for k, heading in enumerate(headings) if heading.strip().strip('"') == column]
-        places = places or [k for k, heading in enumerate(headings) if plain(heading) == plain(column)]
+        places = places or [
+            k for k, heading in enumerate(headings) if plain_heading(heading) == plain_heading(column)
+        ]
         if len(places) != 1:
             said = "is not there" if not places else f"stands {len(places)} times"
             raise InputError(
-                f"{path}: --map {column}={name}: column {column!r} {said}; the columns are"
-                f" {shortened(', '.join(out), 400)}"
+                f"{path}: {given}: column {column!r} {said}; the columns are {shortened(', '.join(out), 400)}"
             )
-        text = plain(name)
+        text = plain_heading(name)
         stems = [stem for quantity in LONG.values() for stem in quantity.names]
         if not any(text == stem or text.startswith(f"{stem}_") for stem in stems):
             known = ", ".join(quantity.names[0] for quantity in LONG.values())
             raise InputError(
-                f"{path}: --map {column}={name}: {name!r} is no name of a column; there are {known}, with a"
+                f"{path}: {given}: {name!r} is no name of a column; there are {known}, with a"
                 " unit at the end as in theta_i_deg"
             )
         out[places[0]] = name
@@ -141,7 +143,7 @@ def find_columns(path: Path, headings: Sequence[str], known: Mapping[str, Quanti
     found: dict[str, Column] = {}
     doubtful: dict[str, tuple[str, str]] = {}
     for place, heading in enumerate(headings):
-        text = plain(heading)
+        text = plain_heading(heading)
         match = next(((s, k) for s, k in stems if text == s or text.startswith(f"{s}_")), None)
         if match is None:
             continue
@@ -158,7 +160,7 @@ def find_columns(path: Path, headings: Sequence[str], known: Mapping[str, Quanti
         found[key] = Column(place, heading.strip(), factor)
     for key, (heading, unit) in doubtful.items():
         if key not in found and known[key].units is not None:
-            names = units.listed(known[key].units or {})
+            names = units.spellings(known[key].units or {})
             raise InputError(
                 f"{path}: column {shortened(repr(heading))} has the unit {shortened(repr(unit))}; known are"
                 f" {names}"

@@ -36,6 +36,9 @@ MODULES = (
 HEAD = 1 << 16
 """Bytes that are looked at to tell a format."""
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""How files begin in which scans and fits are kept."""
+
 SURE, LIKELY, NO = 2, 1, 0
 """What a sniff answers: a mark that only this format has; looks like it; something else."""
 
@@ -147,6 +150,11 @@ def find_format(path: Path) -> Format:
     answers = {name: each.sniff(about) for name, each in formats().items()}
     best = max(answers.values())
     if best == NO:
+        if head.startswith(HDF5):
+            raise InputError(
+                f"{path}: an HDF5 file; scans and fits of clbrdf need no import, and HDF5 files of others are"
+                " not read"
+            )
         control = CONTROL.search(head)
         if control:
             raise InputError(

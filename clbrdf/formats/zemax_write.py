@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.formats.grid_of import SAME, FitGrid, grid_of
 from clbrdf.formats.rings import ring_weights, turn_weights
 from clbrdf.formats.software import VERSION
@@ -33,11 +33,12 @@ def write(scan: Scan, path: Path) -> None:
     if scan.brdf.shape[1] != len(names):
         raise InputError(
             f"a Zemax file holds one wavelength, or X, Y and Z, and the scan has"
-            f" {scan.brdf.shape[1]}; choose one with --wavelength"
+            f" {scan.brdf.shape[1]}; choose one with {advice('scan.at(wavelength)', '--wavelength')}"
         )
     beyond = scan.transmitted
     if beyond.any() and not beyond.all():
-        raise InputError("a Zemax file holds one side; choose with --side reflection or transmission")
+        sides = advice("scan.reflection()", "--side reflection or transmission")
+        raise InputError(f"a Zemax file holds one side; choose with {sides}")
     assert scan.flags is not None
     masked = int(for_other_reasons(scan.flags).sum())
     if masked:

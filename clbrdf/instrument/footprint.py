@@ -63,10 +63,10 @@ def seen_share(settings: Footprint, directions: Directions) -> Array:
     determinant = (x * y * narrow) ** 2
     steep = half_trace + gap
     q, p = 1.0 / np.sqrt(steep), np.sqrt(steep / determinant)
-    return common_share(p, q)
+    return covered_share(p, q)
 
 
-def common_share(p: Array, q: Array) -> Array:
+def covered_share(p: Array, q: Array) -> Array:
     """Share (N,) of the unit circle that an ellipse about its middle with half axes p ≥ q covers."""
     with np.errstate(divide="ignore", invalid="ignore"):
         sine = np.sqrt(np.clip(q**2 * (p**2 - 1.0) / (p**2 - q**2), 0.0, 1.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.geometry import ANGLES, Directions
 from clbrdf.instrument.aperture import aperture_nodes
 from clbrdf.instrument.beam import beam_nodes
@@ -91,9 +91,10 @@ def check_horizon(instrument: Instrument, angle: Array | None, directions: Direc
         if reach.max() >= LOWEST:
             k = int(reach.argmax())
             width = float(full[k])
+            points = advice("through='point'", "--point")
             raise InputError(
                 f"{where}: {name} of {width:.3g}° about {word} = {zenith[k]:g}° reaches below the horizon;"
-                f" leave out directions beyond {LOWEST - width / 2.0:.5g}°, or fit points (--point)"
+                f" leave out directions beyond {LOWEST - width / 2.0:.5g}°, or fit points ({points})"
             )
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from clbrdf.errors import InputError, advice
 from clbrdf.models import library, tuned
 from clbrdf.models.find import find_page, own_names, page_names
-from clbrdf.models.make import Part, make_model
+from clbrdf.models.make import ModelPart, make_model
 from clbrdf.models.model import Model
 from clbrdf.models.page import (
     BOUNDED,
@@ -168,7 +168,7 @@ def _model(pieces: tuple[Piece, ...]) -> Model:
     parts = []
     for key, (page, left_out) in zip(_keys(list(pieces)), pieces, strict=True):
         base = {term.name for term in page.terms if term.base} if len(pieces) > 1 else set()
-        part = Part(key, page, left_out | base)
+        part = ModelPart(key, page, left_out | base)
         if page.name not in left_out and part.rows:
             parts.append(part)
     name = "+".join("-".join([page.name, *sorted(left_out)]) for page, left_out in pieces)
@@ -194,7 +194,7 @@ def written_kernel(name: str) -> str:
 
     A test holds the file to it; `make kernels` writes the file.
     """
-    made = make_model(name, name, [Part("", find_page(name))])
+    made = make_model(name, name, [ModelPart("", find_page(name))])
     return f"// Written by 'make kernels' from clbrdf/models/library/{name}.py.\n{made.kernel()}"
 
 

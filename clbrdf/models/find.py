@@ -13,6 +13,7 @@ import importlib.util
 import os
 import pkgutil
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -46,7 +47,9 @@ def find_page(name: str) -> Page:
     for folder in _folders():
         if (folder / f"{name}.py").is_file():
             return _of_file((folder / f"{name}.py").resolve())
-    raise InputError(f"no model is called {name!r}; there are {', '.join(page_names())}")
+    near = get_close_matches(name, page_names(), n=1, cutoff=0.7)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    raise InputError(f"no model is called {name!r}{meant}; there are {', '.join(page_names())}")
 
 
 @cache

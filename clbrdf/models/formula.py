@@ -22,7 +22,7 @@ from clbrdf.models.numeric import (
     NUMPY,
     angles_in_mpmath,
     angles_in_numpy,
-    evaluate,
+    expression_values,
     mpmath_operations,
     needed,
 )
@@ -72,7 +72,7 @@ class Formula:
         check_reflection(directions)
         if not self.features:
             return np.empty((len(directions), 0))
-        values = evaluate(self.features, self._angles(directions), NUMPY)
+        values = expression_values(self.features, self._angles(directions), NUMPY)
         return np.stack([np.broadcast_to(v, len(directions)) for v in values], axis=-1)
 
     def values(self, parameters: Array, x: Array) -> Array:
@@ -92,7 +92,7 @@ class Formula:
         given = {tape.leaf(name).place: angles[name] for name in ANGLES}
         for leaf, value in zip(self.parameters_of_whole, parameters, strict=True):
             given[leaf.place] = mpmath.mpf(float(value))
-        return evaluate([self.whole], given, mpmath_operations())[0]
+        return expression_values([self.whole], given, mpmath_operations())[0]
 
     def _angles(self, directions: Directions) -> Mapping[int, Any]:
         tape = self.whole.tape
@@ -107,7 +107,7 @@ class Formula:
         given = {leaf.place: parameters[..., j] for j, leaf in enumerate(self.parameters)}
         given |= {leaf.place: x[:, k] for k, leaf in enumerate(self.feature_leaves)}
         shape = np.broadcast_shapes(parameters.shape[:-1], (len(x),))
-        return [np.array(np.broadcast_to(v, shape)) for v in evaluate(wanted, given, NUMPY)]
+        return [np.array(np.broadcast_to(v, shape)) for v in expression_values(wanted, given, NUMPY)]
 
 
 def take_apart(record: Record, symbols: Sequence[str]) -> Formula:

@@ -58,7 +58,7 @@ More of them overlap where the values are short, and spill registers where they 
 """
 
 
-def kernel_text(formula: Formula, rows: Sequence[Parameter], heading: str, plain: bool = False) -> str:
+def opencl_text(formula: Formula, rows: Sequence[Parameter], heading: str, plain: bool = False) -> str:
     """Return the OpenCL of a formula whose parameters have a table; `heading` goes on top as a comment.
 
     `plain` leaves the value as the page forms it, apart from what is hoisted: for a compiler that is to show

@@ -15,7 +15,7 @@ from clbrdf.geometry import Directions
 from clbrdf.models.angles import Geometry
 from clbrdf.models.expression import Expression, Tape
 from clbrdf.models.formula import Formula, depends_on, take_apart
-from clbrdf.models.kernel import kernel_text
+from clbrdf.models.kernel import opencl_text
 from clbrdf.models.model import Model
 from clbrdf.models.page import Flags, Page, Term
 from clbrdf.models.parameter import Parameter
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Part:
+class ModelPart:
     """A page in a model: under which name, and without which of its terms.
 
     Attributes
@@ -66,7 +66,7 @@ class Part:
         return self.page.value(g, *values, left_out=self.gone)
 
 
-def make_model(name: str, origin: str, parts: Sequence[Part]) -> Model:
+def make_model(name: str, origin: str, parts: Sequence[ModelPart]) -> Model:
     """Return the model of some parts, which add up.
 
     Raises
@@ -98,7 +98,7 @@ def make_model(name: str, origin: str, parts: Sequence[Part]) -> Model:
 
     @cache
     def kernel() -> str:
-        return kernel_text(formula, rows, f"{name}: {title}\nsource: {source}")
+        return opencl_text(formula, rows, f"{name}: {title}\nsource: {source}")
 
     def quiet(values: Any) -> Any:
         def run(parameters: Array, x: Array) -> Array:
@@ -145,7 +145,7 @@ def _check_linear(name: str, formula: Formula, rows: Sequence[Parameter]) -> Non
                 )
 
 
-def _flags(parts: Sequence[Part]) -> Flags:
+def _flags(parts: Sequence[ModelPart]) -> Flags:
     """All promise what each promises; each adds its needs. Bounded parts do not make a bounded sum."""
     promises = Flags.RECIPROCAL | Flags.BOUNDED if len(parts) == 1 else Flags.RECIPROCAL
     needs = Flags.NONE
@@ -155,7 +155,7 @@ def _flags(parts: Sequence[Part]) -> Flags:
     return promises | needs
 
 
-def _terms(parts: Sequence[Part]) -> tuple[Term, ...]:
+def _terms(parts: Sequence[ModelPart]) -> tuple[Term, ...]:
     """Return what can be left out: the terms of a page, or the parts of a sum and their terms."""
     out = []
     for part in parts:
@@ -171,7 +171,7 @@ def _terms(parts: Sequence[Part]) -> tuple[Term, ...]:
     return tuple(out)
 
 
-def _equal(parts: Sequence[Part]) -> tuple[tuple[tuple[int, ...], ...], ...]:
+def _equal(parts: Sequence[ModelPart]) -> tuple[tuple[tuple[int, ...], ...], ...]:
     """Return sets of parts that are the same page, by the places of their parameters."""
     sets: dict[tuple[str, frozenset[str]], list[tuple[int, ...]]] = {}
     first = 0

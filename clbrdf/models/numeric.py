@@ -24,7 +24,9 @@ def needed(values: Sequence[Expression], given: Mapping[int, Any]) -> list[int]:
     return sorted(wanted)
 
 
-def evaluate(values: Sequence[Expression], given: Mapping[int, Any], operations: Operations) -> list[Any]:
+def expression_values(
+    values: Sequence[Expression], given: Mapping[int, Any], operations: Operations
+) -> list[Any]:
     """Return values for given quantities, by their places on the tape.
 
     What is not needed any more is let go, so that only a few arrays are alive at a time.

@@ -15,7 +15,7 @@ from clbrdf.formats.rgl.export import Export
 from clbrdf.formats.rgl.tables import write_tables
 from clbrdf.parallel.ending import scratch_folder
 from clbrdf.progress import Report
-from clbrdf.render.stage import stage
+from clbrdf.render.mitsuba_scene import stage
 from clbrdf.storage.files import whole_file
 
 Array = npt.NDArray[np.float64]

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.colour import DEFAULT_ILLUMINANT, get_illuminant, rgb_weights
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.fit import Fit
 from clbrdf.formats.rgl.format import scan_material
 from clbrdf.formats.rgl.material import Material, Places
-from clbrdf.formats.rgl.tables import BANDS
+from clbrdf.formats.rgl.tables import BANDS, ONE_BAND
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
 from clbrdf.storage import hdf5
@@ -105,7 +105,9 @@ def fit_source(fit: Fit) -> MaterialSource:
     )
     bands = fit.scan.bands
     if bands and (tuple(band.upper() for band in bands) != BANDS or not good.all()):
-        raise InputError(f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do")
+        raise InputError(
+            f"the bands {', '.join(bands)} make no colour; R, G and B, all fitted, do; {ONE_BAND}"
+        )
     material = Material(brdf, None if bands else fit.wavelength[good], description)
     return MaterialSource(name, fit.model.name, material, remarks)
 
@@ -122,7 +124,7 @@ def scan_source(scan: Scan) -> MaterialSource:
     return MaterialSource(scan.sample or "a sample", "measured", material, remarks)
 
 
-def at_wavelengths(source: MaterialSource, wavelengths: Array) -> MaterialSource:
+def material_at(source: MaterialSource, wavelengths: Array) -> MaterialSource:
     """Return a material at the wavelengths nearest to those given, nm.
 
     Raises
@@ -160,13 +162,8 @@ def in_colour(source: MaterialSource, illuminant: str = DEFAULT_ILLUMINANT) -> M
         remarks = (*remarks, f"one wavelength: {shown}")
         weights = np.ones((3, 1))
     else:
-        try:
-            weights = rgb_weights(material.wavelength, illuminant)
-        except InputError as error:
-            if "colour by value" not in str(error):
-                raise
-            text = str(error).replace("colour by value instead", "give three of them as --false-colour R,G,B")
-            raise InputError(text) from error
+        mend = advice("take three of them with in_false_colour", "give three of them as --false-colour R,G,B")
+        weights = rgb_weights(material.wavelength, illuminant, mend)
     every = material.every_band
 
     def brdf(theta_i: Array, theta_r: Array, phi: Array, bands: Places) -> Array:

@@ -24,6 +24,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
+from clbrdf.errors import advice
 from clbrdf.rig.errors import UnmendedError
 
 Array = npt.NDArray[np.float64]
@@ -50,7 +51,7 @@ POSITION_SIGMA = 2e-4
 
 
 @dataclass(frozen=True)
-class Estimate:
+class PeakCentre:
     """A value and its standard uncertainty, degrees."""
 
     value: float
@@ -63,15 +64,15 @@ class Alignment:
 
     Attributes
     ----------
-    lamp, turn, pitch : Estimate
+    lamp, turn, pitch : PeakCentre
         Degrees.
     chi2 : float
         Reduced, of the turn's peaks about their common error; NaN with a single lamp angle.
     """
 
-    lamp: Estimate
-    turn: Estimate
-    pitch: Estimate
+    lamp: PeakCentre
+    turn: PeakCentre
+    pitch: PeakCentre
     chi2: float
 
 
@@ -104,7 +105,7 @@ def align(
     """
     error = np.zeros(3)
 
-    def peak(axis: int, pose: Sequence[float], cosine: bool, nominal: float, what: str) -> Estimate:
+    def peak(axis: int, pose: Sequence[float], cosine: bool, nominal: float, what: str) -> PeakCentre:
         return find_peak(along(axis, pose, cosine), nominal, reach, step, what, position, limits[axis])
 
     def along(axis: int, pose: Sequence[float], cosine: bool) -> Callable[[float], Reading]:
@@ -119,7 +120,7 @@ def align(
         return one
 
     lamp_peak = peak(0, direct, False, direct[0], "the direct beam, lamp")
-    lamp = Estimate(float(np.copysign(180.0, direct[0])) - lamp_peak.value, lamp_peak.sigma)
+    lamp = PeakCentre(float(np.copysign(180.0, direct[0])) - lamp_peak.value, lamp_peak.sigma)
     error[0] = lamp.value
     turns, pitches = [], []
     # The first peak is looked for twice: cosθr needs the errors that are looked for.
@@ -135,10 +136,10 @@ def align(
         pitch = peak(2, pose, True, -error[2], f"{what} pitch")
         error[1], error[2] = (angle + error[0]) / 2.0 - turn.value, -pitch.value
         if place:
-            turns.append(Estimate(angle / 2.0 - turn.value, turn.sigma))
-            pitches.append(Estimate(-pitch.value, pitch.sigma))
+            turns.append(PeakCentre(angle / 2.0 - turn.value, turn.sigma))
+            pitches.append(PeakCentre(-pitch.value, pitch.sigma))
     mean, chi2 = _mean(turns)
-    turn = Estimate(mean.value + lamp.value / 2.0, float(np.hypot(mean.sigma, lamp.sigma / 2.0)))
+    turn = PeakCentre(mean.value + lamp.value / 2.0, float(np.hypot(mean.sigma, lamp.sigma / 2.0)))
     return Alignment(lamp, turn, _mean(pitches)[0], chi2)
 
 
@@ -175,7 +176,7 @@ def find_peak(
     what: str,
     position: float = POSITION_SIGMA,
     limits: tuple[float, float] = (-np.inf, np.inf),
-) -> Estimate:
+) -> PeakCentre:
     """Find the centre of a peak along one axis, degrees.
 
     Parameters
@@ -210,7 +211,7 @@ def find_peak(
     centre = float(np.average(angles[inside], weights=values[inside] - floor))
     if abs(centre - nominal) > reach - step:
         raise UnmendedError(_nothing(what, reach))
-    estimate = Estimate(centre, step)
+    estimate = PeakCentre(centre, step)
     for _ in range(2):
         # Symmetric about the centre, also where a limit is near.
         room = min(width, high - estimate.value, estimate.value - low)
@@ -222,7 +223,7 @@ def find_peak(
 def _nothing(what: str, reach: float) -> str:
     return (
         f"{what}: no peak stands out within {reach:g}°; put in a glossy sample or a mirror, look farther"
-        " (--reach) or more finely (--step)"
+        f" ({advice('reach', '--reach')}) or more finely ({advice('step', '--step')})"
     )
 
 
@@ -231,7 +232,7 @@ def _offsets(reach: float, step: float) -> Array:
     return np.asarray(np.arange(-count, count + 1) * step, dtype=np.float64)
 
 
-def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, position: float) -> Estimate:
+def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, position: float) -> PeakCentre:
     """Return the centre c of an even function, ln S = Σ_k a_k (x − c)^2k, weighted by what is uncertain.
 
     The order is the lowest whose χ² is no longer large; where none is, the uncertainty of the centre is
@@ -242,7 +243,7 @@ def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, positi
     good = values > 3.0 * sigmas
     x, logs, relative = angles[good] - start, np.log(values[good]), sigmas[good] / values[good]
     span = float(np.ptp(x)) / 2.0 or 1.0
-    estimate, excess = Estimate(start, span), np.inf
+    estimate, excess = PeakCentre(start, span), np.inf
     for order in range(2, MOST_ORDERS + 1):
         powers = np.arange(order + 1, dtype=np.float64)
         noise, guess = relative, np.zeros(order + 2)
@@ -265,7 +266,7 @@ def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, positi
         covariance = np.linalg.pinv(jacobian.T @ jacobian)
         excess = float(2.0 * found.cost) / freedom
         widening = np.sqrt(excess) if excess > GOOD_CHI2 else 1.0
-        estimate = Estimate(
+        estimate = PeakCentre(
             start + span * float(guess[0]), span * float(np.sqrt(covariance[0, 0])) * widening
         )
         if excess < GOOD_CHI2:
@@ -273,13 +274,13 @@ def fit_centre(angles: Array, values: Array, sigmas: Array, start: float, positi
     return estimate
 
 
-def _mean(estimates: Sequence[Estimate]) -> tuple[Estimate, float]:
+def _mean(estimates: Sequence[PeakCentre]) -> tuple[PeakCentre, float]:
     """Return the weighted mean and the reduced χ²; a scatter beyond the uncertainties widens them."""
     values = np.array([estimate.value for estimate in estimates])
     weights = np.array([estimate.sigma for estimate in estimates]) ** -2.0
     mean = float((values * weights).sum() / weights.sum())
     sigma = float(weights.sum() ** -0.5)
     if len(values) < 2:
-        return Estimate(mean, sigma), float("nan")
+        return PeakCentre(mean, sigma), float("nan")
     chi2 = float((weights * (values - mean) ** 2).sum() / (len(values) - 1))
-    return Estimate(mean, sigma * float(np.sqrt(max(1.0, chi2) if chi2 > 3.0 else 1.0))), chi2
+    return PeakCentre(mean, sigma * float(np.sqrt(max(1.0, chi2) if chi2 > 3.0 else 1.0))), chi2

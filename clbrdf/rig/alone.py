@@ -11,7 +11,7 @@ import numpy as np
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rawscan import RawScan
 from clbrdf.rig.rigfile import Rig
-from clbrdf.rig.row import NO_ROW, Row, columns, values_of
+from clbrdf.rig.row import NO_ROW, Row, columns, row_values
 from clbrdf.rig.store import Store
 
 
@@ -31,8 +31,11 @@ def rows_alone(plan: Plan, rig: Rig, store: Store, header: Mapping[str, str], ro
     """
     count = len(rows)
     darks = [replace(store.dark_of(row), dark=NO_ROW) for row in rows]
-    own = [replace(row, dark=place, direct=count, rung=NO_ROW) for place, row in enumerate(rows)]
-    values = [values_of(row) for row in (*darks, *own)]
+    own = [
+        replace(row, dark=place, direct=count if place else NO_ROW, rung=NO_ROW)
+        for place, row in enumerate(rows)
+    ]
+    values = [row_values(row) for row in (*darks, *own)]
     names = [column.name for column in columns(len(rows[0].counts))]
     return RawScan(
         plan,

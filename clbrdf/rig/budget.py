@@ -38,7 +38,7 @@ KINDS: tuple[Kind, ...] = ("scale", "incident angle", "run", "point")
 direct beam or the panel, or nothing."""
 
 
-class Source(TomlTable):
+class ErrorSource(TomlTable):
     """One source of error.
 
     Attributes
@@ -90,26 +90,30 @@ class Budget(TomlTable):
     displacement 0.01 mm) only in sum, as 3.34 %.
     """
 
-    mechanical: tuple[Source, ...] = (Source(name="rotation, holder height, displacement", percent=3.34),)
-    illumination: tuple[Source, ...] = (
-        Source(name="lamp stability", percent=0.1, kind="point", measured="reference"),
-        Source(name="drift of the reflected luminance", percent=0.4, kind="run"),
-        Source(name="stray light", percent=1.0, measured="stray_light"),
+    mechanical: tuple[ErrorSource, ...] = (
+        ErrorSource(name="rotation, holder height, displacement", percent=3.34),
     )
-    detection: tuple[Source, ...] = (
-        Source(name="signal to noise", percent=0.4, kind="point", wavelength="random", measured="counting"),
-        Source(name="nonlinearity", percent=0.4),
-        Source(name="solid angle of the receiver", percent=0.7),
+    illumination: tuple[ErrorSource, ...] = (
+        ErrorSource(name="lamp stability", percent=0.1, kind="point", measured="reference"),
+        ErrorSource(name="drift of the reflected luminance", percent=0.4, kind="run"),
+        ErrorSource(name="stray light", percent=1.0, measured="stray_light"),
     )
-    personal: tuple[Source, ...] = (Source(name="different readers", percent=4.84),)
+    detection: tuple[ErrorSource, ...] = (
+        ErrorSource(
+            name="signal to noise", percent=0.4, kind="point", wavelength="random", measured="counting"
+        ),
+        ErrorSource(name="nonlinearity", percent=0.4),
+        ErrorSource(name="solid angle of the receiver", percent=0.7),
+    )
+    personal: tuple[ErrorSource, ...] = (ErrorSource(name="different readers", percent=4.84),)
     points: PointSources = PointSources()
 
-    def sources(self, group: str) -> tuple[Source, ...]:
+    def sources(self, group: str) -> tuple[ErrorSource, ...]:
         """Return the sources of one term of (3)."""
-        found: tuple[Source, ...] = getattr(self, group)
+        found: tuple[ErrorSource, ...] = getattr(self, group)
         return found
 
-    def is_measured(self, source: Source) -> bool:
+    def is_measured(self, source: ErrorSource) -> bool:
         """Say whether a raw scan takes the place of this percentage."""
         return bool(source.measured) and bool(getattr(self.points, source.measured))
 
@@ -117,7 +121,7 @@ class Budget(TomlTable):
         """Return the relative uncertainty from the percentages of a kind that no raw scan replaces."""
         return root_sum_square([s.percent / 100.0 for s in self.remaining_sources() if s.kind == kind])
 
-    def remaining_sources(self) -> list[Source]:
+    def remaining_sources(self) -> list[ErrorSource]:
         """Return the sources that no raw scan replaces and that do something."""
         every = [source for group in GROUPS for source in self.sources(group)]
         return [source for source in every if source.percent > 0.0 and not self.is_measured(source)]

@@ -100,7 +100,7 @@ def grid_and_weights(wavelength: Array, grid: WavelengthGrid, is_discrete: bool)
         As `resampling`, or no wavelength lies within the plan's range.
     """
     if not is_discrete:
-        wanted = grid_of(grid)
+        wanted = wavelengths_of(grid)
         return wanted, resampling(wavelength, wanted, grid.step)
     inside = (wavelength >= grid.start) & (wavelength <= grid.stop)
     if not inside.any():
@@ -111,7 +111,7 @@ def grid_and_weights(wavelength: Array, grid: WavelengthGrid, is_discrete: bool)
     return wavelength[inside], np.eye(len(wavelength))[inside]
 
 
-def grid_of(grid: WavelengthGrid) -> Array:
+def wavelengths_of(grid: WavelengthGrid) -> Array:
     """Wavelengths of the regular grid, nm."""
     count = int(np.floor((grid.stop - grid.start) / grid.step + 1e-9)) + 1
     return np.asarray(grid.start + grid.step * np.arange(count))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.rig.budget import Budget, Source
+from clbrdf.rig.budget import Budget, ErrorSource
 from clbrdf.rig.rawscan import RawScan
 from clbrdf.rig.row import NO_ROW
 from clbrdf.rig.uncertainty import MEDIAN_OF_THREE, angle_sigmas
@@ -89,7 +89,7 @@ def components_of(
     return tuple(one for one in out if np.any(one.values))
 
 
-def _of_source(source: Source, beam: Correlation, taken: set[str]) -> Component:
+def _of_source(source: ErrorSource, beam: Correlation, taken: set[str]) -> Component:
     name = source.name if source.name not in taken else f"{source.name} (budget)"
     taken.add(name)
     over = source.wavelength

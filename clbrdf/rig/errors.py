@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from clbrdf.errors import DeviceError
+from clbrdf.errors import DeviceError, advice
+
+
+def go_on() -> str:
+    """Return how a measurement that was stopped goes on, in the words of those who read it."""
+    return f"go on with {advice('resume=True', '--resume')}"
 
 
 class InstrumentError(DeviceError):

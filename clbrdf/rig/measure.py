@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf import __version__
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.progress import Report, silent
 from clbrdf.rig.acquire import CHANGED, Acquisition, ignore, undisturbed
 from clbrdf.rig.adaptive.candidates import CandidatePoints, make_candidates
@@ -23,7 +23,7 @@ from clbrdf.rig.adaptive.planner import DOUBTED, ENDED, AdaptivePlanner
 from clbrdf.rig.budget import Budget
 from clbrdf.rig.calibrate import calibrate, grid_and_weights, save_calibrated
 from clbrdf.rig.connection import nobody
-from clbrdf.rig.errors import InstrumentError
+from clbrdf.rig.errors import InstrumentError, go_on
 from clbrdf.rig.eventlog import Event, EventLog, now_text
 from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.lamplines import corrected
@@ -42,7 +42,7 @@ from clbrdf.storage.files import check_output
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MeasurementOutcome:
     """What a measurement came to.
 
     Attributes
@@ -116,7 +116,7 @@ def measure(
     ask: Callable[[str], str] = nobody,
     pause: Callable[[Callable[[], None]], bool] = undisturbed,
     live: Callable[[Snapshot], None] | None = None,
-) -> Outcome:
+) -> MeasurementOutcome:
     """Measure a plan on a rig and write the absolute scan.
 
     Parameters
@@ -169,8 +169,8 @@ def measure(
         if folder.exists() and not resume:
             if not overwrite:
                 raise InputError(
-                    f"{folder}: holds a measurement that was interrupted; go on with --resume,"
-                    " or start again with --overwrite"
+                    f"{folder}: holds a measurement that was interrupted; {go_on()},"
+                    f" or start again with {advice('overwrite=True', '--overwrite')}"
                 )
             _discard(folder)
         folder.mkdir(exist_ok=True)
@@ -185,7 +185,7 @@ def measure(
         try:
             save_calibrated(target, raw, calibrated, chosen, overwrite)
         except InputError as error:
-            raise InputError(f"{error}; all rows are safe in {folder}: then go on with --resume") from error
+            raise InputError(f"{error}; all rows are safe in {folder}: then {go_on()}") from error
         _discard(folder)
     return _outcome(raw, calibrated, work)
 
@@ -210,9 +210,9 @@ def _planner(plan: Plan, rig: Rig, work: Work, store: Store, log: EventLog, budg
     return AdaptivePlanner(plan.adaptive, work, rig, observer, partial(log.add, "planner"))
 
 
-def _outcome(raw: RawScan, scan: Scan, work: Work) -> Outcome:
+def _outcome(raw: RawScan, scan: Scan, work: Work) -> MeasurementOutcome:
     mark, lines = f": {CHANGED}: ", raw.log.splitlines()
-    return Outcome(
+    return MeasurementOutcome(
         len(scan.theta_i),
         int(np.count_nonzero(raw.rows["flags"] & SKIPPED)),
         work.planned - len(work),
@@ -230,7 +230,7 @@ def _last_said(lines: list[str], mark: str) -> str:
     return next((line.partition(mark)[2] for line in reversed(lines) if mark in line), "")
 
 
-def _finished(target: Path, plan: Plan, rig: Rig, work: Work, folder: Path) -> Outcome:
+def _finished(target: Path, plan: Plan, rig: Rig, work: Work, folder: Path) -> MeasurementOutcome:
     """Nothing is left to do: killed between saving the scan and removing its folder, or resumed twice."""
     raw = read_raw(target)
     wanted = _header(plan, rig)
@@ -288,7 +288,7 @@ def _acquire(
         if not segments(folder):
             raise
         done = f"{len(store.points)} of {planner.total or 'the'} points are safe"
-        raise InstrumentError(f"{error}; {done}, go on with --resume") from error
+        raise InstrumentError(f"{error}; {done}, {go_on()}") from error
     finally:
         instruments.make_safe()
         instruments.close()
@@ -323,7 +323,7 @@ def _check_same_spectrometer(store: Store) -> None:
         found = read_header(path)
         if any(found.get(key) != store.header[key] for key in ("wavelength", "nonlinearity")):
             raise InputError(
-                f"{store.folder}: was begun with another spectrometer; connect that one for --resume"
+                f"{store.folder}: was begun with another spectrometer; connect that one, then {go_on()}"
             )
 
 

@@ -12,9 +12,11 @@ from pydantic import ValidationError
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
+from clbrdf.rig.errors import go_on
 from clbrdf.rig.planfile import Plan
 from clbrdf.rig.rigfile import Rig, read_rig
 from clbrdf.rig.row import KINDS, POINT, ROW_FLAGS, columns, row_items
+from clbrdf.rig.rowcheck import check_rows
 from clbrdf.rig.segment import Columns
 from clbrdf.storage import hdf5, units
 from clbrdf.storage.schema import Item, check_group, read_items
@@ -60,6 +62,11 @@ class RawScan:
     log : str
         The log, line by line.
     provenance : mapping of str to str
+
+    Raises
+    ------
+    InputError
+        A row says what no measurement writes; `clbrdf.rig.rowcheck` tells what rows may say.
     """
 
     plan: Plan
@@ -72,6 +79,10 @@ class RawScan:
     log: str
     provenance: dict[str, str]
 
+    def __post_init__(self) -> None:
+        """Refuse rows that no measurement writes."""
+        check_rows(self.rows)
+
     def point_rows(self) -> npt.NDArray[np.intp]:
         """Rows of the points that are there, (N,), in the order of their numbers; repeats count once.
 
@@ -83,7 +94,7 @@ class RawScan:
         rows = np.nonzero(self.rows["kind"] == POINT)[0]
         numbers, first = np.unique(self.rows["point"][rows], return_index=True)
         if not len(numbers):
-            raise InputError("no point is measured; go on with --resume")
+            raise InputError(f"no point is measured; {go_on()}")
         return np.asarray(rows[first], dtype=np.intp)
 
     @property
@@ -186,26 +197,6 @@ def _read_rows(group: h5py.Group) -> Columns:
         for place, name in PLANNED:
             table["nominal"][own, place] = planned[f"planned_{name}"][points[own]]
         table["nominal"][own, 1] = 0.0
-    return _checked(table)
-
-
-def _checked(table: Columns) -> Columns:
-    """Return the rows; raise InputError where one of them says what no measurement writes."""
-    count = len(table["kind"])
-    for name, low, most in (
-        ("kind", 0, len(KINDS) - 1),
-        ("dark", -1, count - 1),
-        ("direct", -1, count - 1),
-        ("rung", -1, count - 1),
-        ("scans", 1, np.iinfo(np.uint32).max),
-    ):
-        bad = (table[name] < low) | (table[name] > most)
-        if bad.any():
-            row = int(np.argmax(bad))
-            raise InputError(
-                f"{name} of row {row} is {table[name][row]}, and {low} to {most} is possible; the file is"
-                " damaged, restore it from a copy"
-            )
     return table
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 Counts = npt.NDArray[np.uint32]
 
 
-class Instrument(Protocol):
+class RigInstrument(Protocol):
     """What every driver does.
 
     All methods raise :class:`~clbrdf.rig.errors.InstrumentError` with a message that names the
@@ -95,7 +95,7 @@ class Stage(Protocol):
         """Set soft limits in degrees, velocity in deg/s, acceleration in deg/s²."""
 
 
-class StageGroup(Instrument, Protocol):
+class StageGroup(RigInstrument, Protocol):
     """Stages on one connection."""
 
     @property
@@ -106,7 +106,7 @@ class StageGroup(Instrument, Protocol):
         """Stop all of them."""
 
 
-class Spectrometer(Instrument, Protocol):
+class Spectrometer(RigInstrument, Protocol):
     """A detector of light by wavelength that also opens and closes the shutter of the lamp.
 
     Attributes
@@ -149,7 +149,7 @@ class Spectrometer(Instrument, Protocol):
         """Measure one scan's raw counts, (pixels,), begun after this call and after every setting."""
 
 
-class ReferenceDetector(Instrument, Protocol):
+class ReferenceDetector(RigInstrument, Protocol):
     """A detector that watches the lamp."""
 
     def configure(self, wavelength: float, noise: float) -> None:

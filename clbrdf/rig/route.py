@@ -83,7 +83,7 @@ def plan_route(plan: Plan, rig: Rig) -> Route:
         )
     speeds = [getattr(rig.stages, name) for name in AXES]
     places = np.nonzero(usable)[0]
-    order, axes = arrange(candidates[places], speeds, plan.order)
+    order, axes = order_points(candidates[places], speeds, plan.order)
     index = np.repeat(places[order], plan.repeats)
     axes = np.repeat(axes, plan.repeats, axis=0)
     return Route(
@@ -144,7 +144,7 @@ def _left_out(candidates: Array, reasons: npt.NDArray[np.str_]) -> npt.NDArray[n
     return np.asarray(np.isnan(candidates[..., 0]).all(axis=1) & (reasons == ""))
 
 
-def arrange(
+def order_points(
     candidates: Array, stages: list[StageSettings], order: str, start: Array | None = None
 ) -> tuple[npt.NDArray[np.intp], Array]:
     """Choose the order and, for each point, one of its solutions: always the nearest in travel time.

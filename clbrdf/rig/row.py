@@ -132,7 +132,7 @@ def row_items(all_required: bool) -> list[Item]:
     return out
 
 
-def values_of(row: Row) -> list[npt.NDArray[np.generic]]:
+def row_values(row: Row) -> list[npt.NDArray[np.generic]]:
     """Return a row's values in the order and type of the columns."""
     return [
         np.asarray(

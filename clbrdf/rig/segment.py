@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.rig.errors import StorageError
-from clbrdf.rig.row import Row, checksum, columns, row_items, values_of
+from clbrdf.rig.errors import StorageError, go_on
+from clbrdf.rig.row import Row, checksum, columns, row_items, row_values
 from clbrdf.rig.segmentimage import image_of
 from clbrdf.storage.hdf5 import DAMAGE, FORMAT_VERSION, first_line
 from clbrdf.storage.schema import Item, clean, read_items
@@ -78,7 +78,7 @@ class SegmentWriter:
             part.unlink(missing_ok=True)
             raise StorageError(
                 f"{path}: cannot be written ({_reason(error)}); the rows of earlier segments are safe: free"
-                " some space, then go on with --resume"
+                f" some space, then {go_on()}"
             ) from error
 
     def _column(self, name: str, dtype: str, shape: tuple[int, ...], units: str) -> h5py.Dataset:
@@ -103,9 +103,9 @@ class SegmentWriter:
         if free < self.keep_free:
             raise StorageError(
                 f"{self.path.parent}: only {free:.0f} MB free, {self.keep_free:g} MB are to be kept;"
-                " free some space, then go on with --resume"
+                f" free some space, then {go_on()}"
             )
-        place, values = self.rows, values_of(row)
+        place, values = self.rows, row_values(row)
         try:
             for dataset, value in zip(self._sets, values, strict=True):
                 dataset.resize(place + 1, axis=0)
@@ -119,7 +119,7 @@ class SegmentWriter:
             self._abandon()
             raise StorageError(
                 f"{self.path}: cannot be written ({_reason(error)}); the {place} rows before are safe:"
-                " free some space, then go on with --resume"
+                f" free some space, then {go_on()}"
             ) from error
         self.rows = place + 1
         return place

@@ -26,10 +26,10 @@ BUSY = 20.0
 MEMORY = 4 << 30
 """Bytes that it may take: all that the package loads, and the segments."""
 
-CODE = "import sys; from clbrdf.rig.segmentcheck import look; look(sys.argv[1:])"
+CODE = "import sys; from clbrdf.rig.segmentcheck import look_at_segments; look_at_segments(sys.argv[1:])"
 
 
-def look(words: Sequence[str]) -> None:
+def look_at_segments(words: Sequence[str]) -> None:
     """Read segments from end to end, naming each before it is read and what is wrong with it.
 
     The first word is the processor time that it may take, s.

@@ -14,6 +14,7 @@ from types import TracebackType
 import numpy as np
 
 from clbrdf.errors import InputError
+from clbrdf.rig.errors import go_on
 from clbrdf.rig.row import DARK, POINT, REFERENCES, SATURATED, SKIPPED, Row
 from clbrdf.rig.segment import Columns, SegmentWriter, read_header, read_rows
 from clbrdf.rig.segmentcheck import check_segments
@@ -129,8 +130,8 @@ class Store:
             for key in ("plan", "rig"):
                 if found.get(f"{key}_fingerprint") != header[f"{key}_fingerprint"]:
                     raise InputError(
-                        f"{folder}: was begun with another {key}; give the same {key} file to --resume,"
-                        " or remove the folder to start again"
+                        f"{folder}: was begun with another {key} file; {go_on()} and that one, or remove the"
+                        " folder to start again"
                     )
             for row in rows_of(read_rows(path)):
                 self._note(row)

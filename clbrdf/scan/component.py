@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.scan.correlation import Correlation, Places, bell, factor
+from clbrdf.scan.correlation import Correlation, Places, bell, covariance_factor
 
 Array = npt.NDArray[np.float64]
 
@@ -138,7 +138,7 @@ class Component:
         if self.direction.form == "systematic":
             distinct, back = np.unique(np.round(theta_i / SAME_ANGLE), return_inverse=True)
             return self.incident_angle_modes(distinct * SAME_ANGLE)[back.ravel()]
-        return factor(self.direction_coefficients(angles))
+        return covariance_factor(self.direction_coefficients(angles))
 
     def incident_angle_modes(self, theta_i: Array) -> Array:
         """Return a factor of the correlation among distinct incident zeniths (I,), degrees."""

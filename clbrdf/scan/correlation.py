@@ -125,7 +125,7 @@ class Correlation:
         if self.groups is not None:
             _, numbers = np.unique(self.groups, return_inverse=True)
             return np.eye(int(numbers.max()) + 1)[numbers.ravel()]
-        return factor(self.coefficients(coordinates))
+        return covariance_factor(self.coefficients(coordinates))
 
 
 def bell(coordinates: Array, width: float) -> Array:
@@ -135,7 +135,7 @@ def bell(coordinates: Array, width: float) -> Array:
     return np.asarray(np.exp(-square / (2.0 * width**2)))
 
 
-def factor(matrix: Array) -> Array:
+def covariance_factor(matrix: Array) -> Array:
     """Return F (n, m) with F Fᵀ a positive semidefinite matrix, without modes that rounding hides."""
     values, vectors = np.linalg.eigh(matrix)
     kept = values > NEGLIGIBLE * max(float(values[-1]), 0.0)

@@ -111,7 +111,7 @@ def energy_words(reflectance: Reflectance, wavelength: Array) -> str:
     values = np.where(np.isnan(reflectance.values), -np.inf, reflectance.values)
     k, w = np.unravel_index(int(np.argmax(values)), values.shape)
     largest = float(values[k, w])
-    place = f"at θi = {reflectance.theta_i[k]:g}° and {wavelength[w]:g} nm"
+    place = f"at θi = {reflectance.theta_i[k]:g}°{_at(wavelength[w], ' and ')}"
     if not np.isfinite(largest):
         return "the reflectance is not known"
     if largest > 1.0 + ENERGY_MARGIN:
@@ -136,5 +136,10 @@ def reciprocity_words(exchange: Exchange) -> str:
     return (
         f"not reciprocal: with source and detector exchanged the BRDF changes by a factor of up to"
         f" {exchange.factor:.4g}, between {exchange.theta_1:g}° and {exchange.theta_2:g}°"
-        f" (φ = {exchange.phi:g}°, {exchange.wavelength:g} nm)"
+        f" (φ = {exchange.phi:g}°{_at(exchange.wavelength, ', ')})"
     )
+
+
+def _at(wavelength: float, joint: str) -> str:
+    """Return a wavelength, nm, after a joint; nothing of a band, which has none."""
+    return f"{joint}{wavelength:g} nm" if np.isfinite(wavelength) else ""

@@ -20,10 +20,10 @@ from clbrdf.progress import Report, silent
 from clbrdf.scene.block import Block
 from clbrdf.scene.scenefile import EFFECTS
 from clbrdf.scene.simulate import BLOCK_VALUES, Setting, blocks, raw_blocks, set_up
-from clbrdf.scene.stages import BACK, COUNTS, STAGES, steps
+from clbrdf.scene.steps import BACK, COUNTS, STEPS, steps
 from clbrdf.scene.surface import Surface
 
-BEFORE_VALUES = tuple(name for name in EFFECTS if name not in STAGES)
+BEFORE_VALUES = tuple(name for name in EFFECTS if name not in STEPS)
 """Effects that change which directions and wavelengths the surface is asked for."""
 
 FEWEST_BLOCKS = 12

@@ -20,7 +20,7 @@ from clbrdf.scene.block import Block
 from clbrdf.scene.quadrature import INTEGRATED, Told, check_horizon, integrate
 from clbrdf.scene.random_numbers import normal
 from clbrdf.scene.scenefile import Scene
-from clbrdf.scene.stages import RANDOM, steps
+from clbrdf.scene.steps import RANDOM, steps
 from clbrdf.scene.surface import Surface, make_surface
 
 Array = npt.NDArray[np.float64]

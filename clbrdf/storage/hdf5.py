@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import ClbrdfError, InputError, shortened
+from clbrdf.errors import ClbrdfError, InputError, advice, shortened
 from clbrdf.storage.files import split_entry, whole_file
 from clbrdf.storage.schema import check_group, clean, read_text, text_attribute
 from clbrdf.storage.seal import seal
@@ -171,7 +171,9 @@ def check_content(file: h5py.File, wanted: str) -> None:
     """Raise InputError where a file holds something else than `wanted`."""
     found = content_of(file)
     if found != wanted:
-        raise InputError(f"{file.filename}: holds a {found}, and a {wanted} is needed here")
+        make = advice("fit it with clbrdf.fit", "fit it with 'clbrdf fit'")
+        mend = f"; {make}" if (found, wanted) == ("scan", "fit") else ""
+        raise InputError(f"{file.filename}: holds a {found}, and a {wanted} is needed here{mend}")
 
 
 @contextmanager

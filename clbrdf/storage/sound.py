@@ -58,10 +58,10 @@ def _look(path: str, state: tuple[int, ...]) -> str:
         done = run_child(words, timeout=WAIT * seconds, environment=one_thread)
     except subprocess.TimeoutExpired:
         return ENDLESS
-    return verdict(done.returncode, done.stdout)
+    return fault_of(done.returncode, done.stdout)
 
 
-def verdict(status: int, output: str) -> str:
+def fault_of(status: int, output: str) -> str:
     """Return what the exit status and the output of `look.py` say is wrong with a file, or ""."""
     if status == 0:
         return ""

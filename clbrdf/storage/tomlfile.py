@@ -37,8 +37,12 @@ def load_toml(path: str | Path, kind: type[S]) -> S:
         text = source.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise InputError(f"{source}: no such file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{source}: cannot be read as text ({error})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{source}: cannot be read as text, which a TOML file is; name another file"
+        ) from error
+    except OSError as error:
+        raise InputError(f"{source}: cannot be read ({error.strerror})") from error
     return parse_toml(text, kind, str(source))
 
 

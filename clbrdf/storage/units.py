@@ -42,7 +42,7 @@ def factor(known: Mapping[str, float], written: str) -> float:
     found = known.get("".join(written.split()).casefold())
     if found is None:
         said = f"unit {written.strip()!r} is not known" if written.strip() else "the unit is missing"
-        raise InputError(f"{said}; known are {listed(known)}")
+        raise InputError(f"{said}; known are {spellings(known)}")
     return found
 
 
@@ -55,7 +55,7 @@ def same_as(unit: str) -> Mapping[str, float]:
     return {plain: 1.0}
 
 
-def listed(known: Mapping[str, float]) -> str:
+def spellings(known: Mapping[str, float]) -> str:
     """Return the units, one spelling each."""
     first: dict[float, str] = {}
     for name, value in known.items():

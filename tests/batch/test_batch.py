@@ -315,7 +315,10 @@ def test_a_worker_without_a_device_is_left_out(scans, tmp_path):
         (("{scan}", "--models", "ggx"), "add --choose"),
         (("{scan}", "--through", "{absent}"), "absent.toml: no such file"),
         (("{scan}", "--through", "{empty}"), "empty.toml: no geometry in it; name an effect"),
-        (("{scan}", "--through", "{slit}"), "slit.toml: bandwidth ties neighbouring wavelengths; add smooth"),
+        (
+            ("{scan}", "--through", "{slit}"),
+            "slit.toml: bandwidth ties neighbouring wavelengths; add --smooth",
+        ),
         (("{scan}", "--through", "{slit}", "--point"), "--point and --through say two things"),
         (("{scan}", "--through", "{slit}", "--json", "{slit}"), "slit.toml"),
         (("{scan}", "--monte-carlo", "5"), "monte_carlo is 5; give 100 to"),

@@ -36,7 +36,7 @@ def test_objectives_gain_digits_with_precision(device):
 
 
 def test_the_polish_closes_the_gap(device):
-    scan = accuracy.thinned(Scan.open(sample_scan("yellow_tin_foil")), 3)
+    scan = accuracy.some_wavelengths(Scan.open(sample_scan("yellow_tin_foil")), 3)
     panel = accuracy.fit_panel(device, scan)
     errors = {(p.series, p.name): p.error for p in panel.points}
     longest = "16 × 160"

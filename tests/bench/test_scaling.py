@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clbrdf.bench.scaling import FEW, MERL, USUAL, Point, fit_in_child, scaling_scan
+from clbrdf.bench.scaling import FEW, MERL, USUAL, ScalingPoint, fit_in_child, scaling_scan
 from clbrdf.bench.scaling_figure import scaling_figure
 from clbrdf.opencl.device import choose_device
 
@@ -24,8 +24,10 @@ def test_a_scan_as_merl_has_an_incident_direction_for_each():
 
 def test_the_figure_shows_both_sides():
     sizes = [(100, FEW), (1000, FEW), (USUAL, 16), (USUAL, 64)]
-    points = [Point("wang2013", n, w, 1.0, 1.5, 2e8, 0.0) for n, w in sizes]
-    axes = scaling_figure([*points, Point(MERL[2], MERL[0], MERL[1], 5.0, 9.0, 7e8, np.nan)], "a device").axes
+    points = [ScalingPoint("wang2013", n, w, 1.0, 1.5, 2e8, 0.0) for n, w in sizes]
+    axes = scaling_figure(
+        [*points, ScalingPoint(MERL[2], MERL[0], MERL[1], 5.0, 9.0, 7e8, np.nan)], "a device"
+    ).axes
     assert axes[0].lines[0].get_xdata().tolist() == [100, 1000]
     assert axes[1].lines[0].get_xdata().tolist() == [16, 64]
     assert axes[2].lines[0].get_ydata().tolist() == [0.2, 0.2]

@@ -13,7 +13,7 @@ from clbrdf.bench.peers.numba_peer import numba_objective
 from clbrdf.bench.peers.numpy_peer import numpy_objective
 from clbrdf.bench.workload import workload
 from clbrdf.cli import main
-from clbrdf.fit.batch import batch_objective
+from clbrdf.fit.objectives import batch_objective
 from clbrdf.opencl.precision import PRECISIONS, get_precision
 
 

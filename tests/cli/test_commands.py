@@ -352,6 +352,30 @@ class TestMachine:
         )
         assert ended.stderr == ""
 
+    def test_a_command_whose_reader_leaves_does_the_rest_and_ends_well(self, tmp_path, scan_file):
+        words = [sys.executable, "-m", "clbrdf.cli", "fit", scan_file, "-o", tmp_path / "fit.h5"]
+        words += ["--model", "lambert", "--json", tmp_path / "fit.json"]
+        ended = subprocess.run(
+            ["bash", "-c", f'{shlex.join(map(str, words))} | true; exit "${{PIPESTATUS[0]}}"'],
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+        assert (ended.returncode, ended.stderr) == (0, "")
+        assert (tmp_path / "fit.h5").is_file()
+        assert (tmp_path / "fit.json").is_file()
+
+    def test_what_a_new_user_forgets_is_named(self, run, scan_file, tmp_path):
+        assert_one_line(run("fit", scan_file), "--output is missing; 'clbrdf fit --help' shows")
+        assert_one_line(run("fit", "-o", tmp_path / "fit.h5"), "SCAN is missing; 'clbrdf fit --help' shows")
+        assert_one_line(run("fit", scan_file, "-o"), "-o has no value; 'clbrdf fit --help' shows")
+        out = "-o", tmp_path / "new.h5"
+        assert_one_line(run("fit", scan_file, *out, "--model", "ggx+minaert"), "(did you mean minnaert?)")
+        assert_one_line(run("fit", scan_file, *out, "--fix", "a=abc"), "abc: neither a number nor a file")
+        assert_one_line(run("import", scan_file, *out), "scans and fits of clbrdf need no import")
+        assert_one_line(run("simulate", scan_file, *out), "cannot be read as text, which a TOML file is")
+        assert_one_line(run("report", scan_file, "-o", tmp_path / "out"), "; fit it with 'clbrdf fit'")
+
     def test_import_is_light(self):
         """What loads slowly loads when it is used: pydantic, SciPy, OpenCL, HDF5, VTK, Matplotlib."""
         heavy = (

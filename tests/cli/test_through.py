@@ -59,7 +59,7 @@ def test_the_summary_says_what_was_looked_through(scan_file, tmp_path, capsys):
     [
         ("", "no geometry in it; name an effect"),
         ("[aperture]\nangle = 40\n", "aperture of 40° about θr = 70° reaches below the horizon; leave out"),
-        ("[bandwidth]\nwidth = 20\n", "bandwidth ties neighbouring wavelengths; add smooth (--smooth 0.01)"),
+        ("[bandwidth]\nwidth = 20\n", "bandwidth ties neighbouring wavelengths; add --smooth 0.01"),
         ("[apertur]\nangle = 1\n", "unknown key apertur; did you mean aperture?"),
         ("[aperture]\nangle = 1\ndistance = 3\n", "give angle, or diameter and distance"),
     ],

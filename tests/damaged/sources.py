@@ -12,7 +12,7 @@ from clbrdf import InputError, Scan
 from clbrdf.rig.planfile import load_plan
 from clbrdf.rig.rawscan import RawScan, write_raw
 from clbrdf.rig.rigfile import load_rig
-from clbrdf.rig.row import DARK, DIRECT, POINT, Row, columns, values_of
+from clbrdf.rig.row import DARK, DIRECT, POINT, Row, columns, row_values
 from clbrdf.rig.segment import SegmentWriter
 from clbrdf.scan import open_scans, save_scans
 from clbrdf.storage import hdf5
@@ -67,7 +67,8 @@ def rows(pixels: int) -> list[Row]:
     axes, out = np.zeros(3), []
     for k, kind in enumerate((DARK, DIRECT, POINT, POINT, POINT)):
         nominal = np.array([30.0, 0.0, 10.0 * k, 180.0]) if kind == POINT else np.full(4, np.nan)
-        point, dark, direct = (k - 2, 0, 1) if kind == POINT else (-1, 0, -1)
+        point, direct = (k - 2, 1) if kind == POINT else (-1, -1)
+        dark = -1 if kind == DARK else 0
         time = f"2026-11-25T10:00:0{k}.000+00:00"
         out.append(
             Row(kind, point, time, axes, 1e-3, 0.01, dark, direct, 0, counts * (1 + k), nominal, 1, 20.0, -1)
@@ -78,7 +79,7 @@ def rows(pixels: int) -> list[Row]:
 def raw(folder: Path) -> RawScan:
     """What a short measurement recorded."""
     table = {
-        column.name: np.stack([values_of(row)[k] for row in rows(8)]) for k, column in enumerate(columns(8))
+        column.name: np.stack([row_values(row)[k] for row in rows(8)]) for k, column in enumerate(columns(8))
     }
     plan, rig = load_plan(write_plan(folder, step=20.0)), load_rig(write_rig(folder))
     return RawScan(plan, rig, np.linspace(500.0, 600.0, 8), np.array([1.0]), 16383, False, table, "a\nb", {})

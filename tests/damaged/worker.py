@@ -73,7 +73,7 @@ def forked(work: Callable[[], object], seconds: int) -> tuple[int, str]:
 def look_at(path: str, state: tuple[int, ...]) -> str:
     """Look at an HDF5 file as `sound._look` does."""
     seconds = sound.START + int(state[2] / sound.BYTES_PER_SECOND)
-    return sound.verdict(*forked(lambda: look.look(path), seconds))
+    return sound.fault_of(*forked(lambda: look.look(path), seconds))
 
 
 def segment(path: Path) -> None:

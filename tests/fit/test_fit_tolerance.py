@@ -12,7 +12,7 @@ from clbrdf import InputError
 from clbrdf.fit import AnnealSettings
 from clbrdf.fit.methods import METHODS
 from clbrdf.fit.problem import make_problem
-from clbrdf.fit.tolerance import Rung, choose_settings, excess, measure
+from clbrdf.fit.tolerance import Rung, choose_settings, excess, measure_searches
 from clbrdf.fit.words import search_lines
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
@@ -49,12 +49,12 @@ def test_the_choice_does_not_hang_on_times(scan, device, monkeypatch):
 
     model = get_model()
     problem = make_problem(scan, weight_matrix(scan), model, model.bounds(), device)
-    rungs = measure(problem, METHODS["dictionary"], 0)
+    rungs = measure_searches(problem, METHODS["dictionary"], 0)
     rng = np.random.default_rng(62)
     chosen = set()
     for _ in range(5):
         shuffled = [Rung(r.words, r.settings, r.excess, float(rng.uniform(0, 9))) for r in rungs]
-        monkeypatch.setattr(sys.modules["clbrdf.fit.tolerance"], "measure", lambda *_, s=shuffled: s)
+        monkeypatch.setattr(sys.modules["clbrdf.fit.tolerance"], "measure_searches", lambda *_, s=shuffled: s)
         chosen.add(choose_settings(problem, METHODS["dictionary"], 0, 1e-3)[0].words)
     assert len(chosen) == 1
 

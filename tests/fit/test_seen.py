@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from clbrdf import Directions, Scan
-from clbrdf.fit.batch import batch_objective
+from clbrdf.fit.objectives import batch_objective
 from clbrdf.fit.polish import MOST_ITERATIONS, TOLERANCE, descend
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.seen import BEAMS, NODES, POINTS, library_of

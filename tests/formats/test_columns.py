@@ -215,7 +215,7 @@ def test_columns_may_be_called_otherwise(tmp_path):
     ):
         with pytest.raises(InputError, match=said):
             load([path], names=wrong)
-    with pytest.raises(InputError, match="--map names columns of a table, and merl has none"):
+    with pytest.raises(InputError, match="--map is for columns of a table, and merl has none"):
         load([path], names=names, format_name="merl")
     wide = write(tmp_path, "# BRDF", "in,out,turn,550nm,650nm", "30,20,180,1.5,1.6")
     names = {"in": "theta_i_deg", "out": "theta_r_deg", "turn": "dphi_deg"}

@@ -7,7 +7,7 @@ import pytest
 
 from clbrdf.bench.peers.c_peer import c_objective, find_compiler
 from clbrdf.bench.workload import workload
-from clbrdf.fit.batch import batch_objective
+from clbrdf.fit.objectives import batch_objective
 from clbrdf.models import get_model, model_names
 from clbrdf.opencl.lanes import Lanes
 from clbrdf.opencl.precision import get_precision

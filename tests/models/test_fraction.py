@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from clbrdf.models import get_model, model_names
 from clbrdf.models.expression import Tape, exp, greatest, sqrt
 from clbrdf.models.fraction import cost, fractions
-from clbrdf.models.numeric import NUMPY, evaluate, mpmath_operations, needed
+from clbrdf.models.numeric import NUMPY, expression_values, mpmath_operations, needed
 from clbrdf.models.sign import sign
 
 LOG_2 = mp.log(2)
@@ -69,8 +69,8 @@ def test_a_rewritten_formula_is_the_same_quantity(formula, values):
     with mp.workdps(60):
         numbers = {place: mp.mpf(v) for place, v in zip(leaves, values, strict=True)}
         known = operations(mpmath_operations())
-        (right,) = evaluate([value], numbers, known)
-        (ours,) = evaluate([fraction.value()], numbers, known)
+        (right,) = expression_values([value], numbers, known)
+        (ours,) = expression_values([fraction.value()], numbers, known)
         # log2 e is rounded to a double: the exponents here are below 1.
         assert abs(ours - right) <= mp.mpf("1e-14") * abs(right)
     assert early(fraction.early.place)
@@ -116,7 +116,7 @@ def test_signs_hold_on_every_model(name):
     places = [k for k in needed([formula.value], {}) if tape.nodes[k].operands]
     with np.errstate(all="ignore"):
         for k in places:
-            (values,) = evaluate([type(formula.value)(tape, k)], given, NUMPY)
+            (values,) = expression_values([type(formula.value)(tape, k)], given, NUMPY)
             found = sign(tape, k, features)
             values = np.asarray(values)[np.isfinite(values)]
             assert (found * values >= 0.0).all(), tape.nodes[k]

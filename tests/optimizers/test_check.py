@@ -11,12 +11,12 @@ import clbrdf
 from clbrdf import Fit, InputError
 from clbrdf.bench.problems import problem_set
 from clbrdf.bench.references import problem_of, reference_of
-from clbrdf.formats.load import load_one
 from clbrdf.optimizers.check import TOLERANCE, check_fit, sample_places
 from clbrdf.optimizers.gap import relative_gap
 from clbrdf.optimizers.independent import search_twice
 from clbrdf.optimizers.objective import NumpyObjective
 from clbrdf.parallel.processes import Processes
+from tests.coating import MADE
 from tests.planted import with_parameters, with_part
 
 QUICK = 0.15
@@ -134,13 +134,16 @@ FILES = {
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize(("file", "sample"), [(file, s) for file, names in FILES.items() for s in names])
-def test_real_coatings_agree_everywhere(coatings, file, sample):
-    fit = clbrdf.fit(load_one([coatings / file], sample))
+@pytest.mark.parametrize(
+    ("file", "sample"), [("", MADE), *((file, s) for file, names in FILES.items() for s in names)]
+)
+def test_coatings_agree_everywhere(coating, file, sample):
+    fit = clbrdf.fit(coating(file, sample))
     for verdict in check_fit(fit, sample_places(fit, None)):
         assert verdict.gap <= TOLERANCE, verdict
 
 
-def test_a_real_coating_agrees(coatings):
-    fit = clbrdf.fit(load_one([coatings / "black_coatings_in_plane.csv"], "nite_on_invar"))
+@pytest.mark.parametrize("sample", [MADE, "nite_on_invar"])
+def test_a_coating_agrees(coating, sample):
+    fit = clbrdf.fit(coating("black_coatings_in_plane.csv", sample))
     assert check_fit(fit, [1], effort=0.3)[0].gap <= TOLERANCE

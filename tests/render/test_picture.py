@@ -39,8 +39,8 @@ def test_white_comes_out_below_white_and_half_of_it_half():
 def test_a_diffuse_sphere_is_what_mitsuba_itself_makes_of_one():
     """The same scene with Mitsuba's own Lambertian plugin instead of our file."""
     mi = pytest.importorskip("mitsuba", reason="needs mitsuba: pip install 'clbrdf[render]'")
+    from clbrdf.render.mitsuba_scene import stage
     from clbrdf.render.picture import PASS, WHITE, load_mitsuba
-    from clbrdf.render.stage import stage
 
     ours = picture(lambert(0.6), samples=64)
     load_mitsuba()

@@ -7,10 +7,10 @@ import pytest
 
 from clbrdf import InputError, Scan, fit
 from clbrdf.render.sources import (
-    at_wavelengths,
     fit_source,
     in_colour,
     in_false_colour,
+    material_at,
     open_source,
     scan_source,
 )
@@ -66,7 +66,7 @@ def test_grey_is_grey(grey, illuminant):
 
 
 def test_one_wavelength_is_shown_in_grey(grey):
-    source = in_colour(at_wavelengths(scan_source(grey), np.array([652.0])))
+    source = in_colour(material_at(scan_source(grey), np.array([652.0])))
     assert source.remarks == ("one wavelength: 660 nm in grey",)
     assert np.ptp(source.material.brdf(*ANGLES, np.arange(3)), axis=1).max() == 0.0
 
@@ -81,7 +81,9 @@ def test_false_colour_takes_three_wavelengths(small_scan):
 
 def test_what_has_no_colour():
     source = scan_source(scan_of(SURFACE, wavelength=[500.0, 600.0, 900.0]))
-    with pytest.raises(InputError, match=r"a colour needs a spectrum from 460 .*--false-colour R,G,B"):
+    with pytest.raises(
+        InputError, match=r"a colour needs a spectrum from 460 .*take three of them with in_false_colour"
+    ):
         in_colour(source)
     with pytest.raises(InputError, match="3 wavelengths, for red, green and blue; 2 are given"):
         in_false_colour(source, np.array([1.0, 2.0]))
@@ -94,7 +96,7 @@ def test_bands_are_their_own_colour():
     assert in_colour(source).material is source.material
     for attempt in (
         lambda: in_colour(source, "A"),
-        lambda: at_wavelengths(source, np.array([500.0])),
+        lambda: material_at(source, np.array([500.0])),
         lambda: in_false_colour(source, np.array([650.0, 550.0, 450.0])),
     ):
         with pytest.raises(InputError, match="the bands R, G, B"):

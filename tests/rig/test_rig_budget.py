@@ -14,8 +14,8 @@ from clbrdf.rig.budget import (
     GROUPS,
     KINDS,
     Budget,
+    ErrorSource,
     PointSources,
-    Source,
     group_percent,
     kind_percent,
     load_budget,
@@ -252,4 +252,4 @@ def test_a_scan_without_raw_counts(tmp_path):
 def test_sample_budget_is_the_papers_in_structure():
     budget = load_budget(sample_path("budget.toml"))
     assert total_percent(budget) < 1.0
-    assert Source(name="x", percent=1.0).kind == "scale"
+    assert ErrorSource(name="x", percent=1.0).kind == "scale"

@@ -180,7 +180,7 @@ def test_disk_fills_up_on_the_way(tmp_path, clean, monkeypatch):
     plan = write_plan(tmp_path, **PLAN)
     with emulation(tmp_path, keep_free=1.0) as (rig_path, _, _):
         monkeypatch.setattr(segment.shutil, "disk_usage", usage)
-        with pytest.raises(StorageError, match="free some space, then go on with --resume"):
+        with pytest.raises(StorageError, match="free some space, then go on with resume=True"):
             measure(plan, rig_path, tmp_path / "scan.h5")
         assert sum(len(read_rows(p)["kind"]) for p in segments(tmp_path / "scan.h5.run")) == 6
         monkeypatch.setattr(segment.shutil, "disk_usage", real)

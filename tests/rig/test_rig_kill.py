@@ -144,7 +144,7 @@ def test_interrupted_measurement_is_not_overwritten_by_chance(tmp_path):
     out = interrupted(tmp_path)
     with emulation(tmp_path) as (rig_path, _, _):
         plan = tmp_path / "plan.toml"
-        with pytest.raises(InputError, match="go on with --resume, or start again with --overwrite"):
+        with pytest.raises(InputError, match="go on with resume=True, or start again with overwrite=True"):
             measure(plan, rig_path, out)
         measure(plan, rig_path, out, overwrite=True)
         with pytest.raises(InputError, match="exists already"):
@@ -160,7 +160,9 @@ def test_resume_with_another_plan_or_rig(tmp_path, what, before, after):
     out = interrupted(tmp_path)
     path = tmp_path / f"{what}.toml"
     path.write_text(path.read_text().replace(before, after))
-    with pytest.raises(InputError, match=f"was begun with another {what}; give the same {what} file"):
+    with pytest.raises(
+        InputError, match=f"was begun with another {what} file; go on with resume=True and that one"
+    ):
         measure(tmp_path / "plan.toml", tmp_path / "rig.toml", out, resume=True)
 
 

@@ -15,7 +15,7 @@ from clbrdf.opencl import program, values
 from clbrdf.scene import scenefile, simulate
 from clbrdf.scene.scenefile import EFFECTS
 from clbrdf.scene.simulate import set_up, values_of
-from clbrdf.scene.stages import BACK, COUNTS, ON_COUNTS, STAGES, steps
+from clbrdf.scene.steps import BACK, COUNTS, ON_COUNTS, STEPS, steps
 from tests.scene.scenes import scene
 
 CURVES = {"c": {"polynomial": [-300, 20], "centre": 550, "scale": 100}, "kd": [[400, 1.0], [700, 1.4]]}
@@ -81,7 +81,7 @@ def test_one_effect_brings_no_code_of_the_others(name, sources):
 @pytest.mark.parametrize("name", [None, *EFFECTS])
 def test_only_the_steps_asked_for_are_taken(name):
     path = [step for step, _ in steps(scene(effects={name: True} if name else {}))]
-    assert [step for step in path if step in STAGES] == ([name] if name in STAGES else [])
+    assert [step for step in path if step in STEPS] == ([name] if name in STEPS else [])
     assert (path[:1] == [COUNTS] and path[-1:] == [BACK]) == (name in ON_COUNTS)
 
 

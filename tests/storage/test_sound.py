@@ -109,9 +109,9 @@ def test_limits_end_the_process(tmp_path):
     code = f"from clbrdf.storage.look import limit\nlimit({4 << 30}, 1)\nwhile True: pass"
     done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, timeout=100)
     assert done.returncode == -signal.SIGXCPU
-    assert sound.verdict(done.returncode, "") == sound.ENDLESS
-    assert sound.verdict(-signal.SIGSEGV, "") == "HDF5 fails on it"
-    assert sound.verdict(1, "a line\n") == "a line"
+    assert sound.fault_of(done.returncode, "") == sound.ENDLESS
+    assert sound.fault_of(-signal.SIGSEGV, "") == "HDF5 fails on it"
+    assert sound.fault_of(1, "a line\n") == "a line"
     assert os.path.exists(look.__file__)
 
 

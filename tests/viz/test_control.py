@@ -10,7 +10,7 @@ from clbrdf.viz.camera import project
 from clbrdf.viz.cut import cut_angles
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.stills import pixels
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 from clbrdf.viz.subject import Subject
 from clbrdf.viz.window import KEYS, Window, controlled_picture
 from tests.viz.conftest import FOIL
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("gl")
 @pytest.fixture
 def control(foil):
     made = controlled_picture(
-        [LobeRequest(foil, 550.0, 45.0)], Look(radius="log"), (800, 600), off_screen=True
+        [LobeRequest(foil, 550.0, 45.0)], LobeStyle(radius="log"), (800, 600), off_screen=True
     )
     made.picture.render()
     yield made
@@ -59,7 +59,7 @@ def test_the_cut_without_a_decade_in_it_is_labelled_in_values(hemisphere):
     """0.2 to 0.7 on a logarithmic axis: labels are BRDF, not its logarithm."""
     subject = Subject("plaster", hemisphere)
     made = controlled_picture(
-        [LobeRequest(subject, 650.0, 40.0)], Look(radius="log"), (800, 600), off_screen=True
+        [LobeRequest(subject, 650.0, 40.0)], LobeStyle(radius="log"), (800, 600), off_screen=True
     )
     axis = made.cut.chart.y_axis
     assert len(axis.tick_labels) >= 3

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from clbrdf.errors import ON_COMMAND_LINE
 from clbrdf.viz import graphics
 from tests.viz.test_report import without_graphics
 
@@ -23,8 +24,16 @@ def test_no_display(monkeypatch):
     monkeypatch.setattr(graphics.sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(graphics.GraphicsError, match=r"no display .* --png FILE .* --html FILE, .* --serve"):
+    with pytest.raises(graphics.GraphicsError, match=r"no display .* save_png .* save_page"):
         graphics.require_screen()
+    token = ON_COMMAND_LINE.set(True)
+    try:
+        with pytest.raises(
+            graphics.GraphicsError, match=r"no display .* --png FILE .* --html FILE, .* --serve"
+        ):
+            graphics.require_screen()
+    finally:
+        ON_COMMAND_LINE.reset(token)
 
 
 def test_a_display_that_does_not_answer(monkeypatch):

@@ -11,13 +11,13 @@ import pytest
 from clbrdf.viz.layout import panel_places
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.picture import Picture
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 from clbrdf.viz.window import Window, controlled_picture
 
 pytestmark = pytest.mark.usefixtures("gl")
 
 LONG = "a very long sample name that somebody typed into the field, batch 2024-11-17 #3, polished twice"
-LOG = Look(radius="log")
+LOG = LobeStyle(radius="log")
 
 
 def boxes(picture):

@@ -16,7 +16,7 @@ from clbrdf.viz.lobes import CUT_OFF
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.picture import Picture
 from clbrdf.viz.stills import pixels
-from clbrdf.viz.style import Look, rgb
+from clbrdf.viz.style import LobeStyle, rgb
 from clbrdf.viz.subject import Subject
 from tests.planted import with_parameters
 from tests.viz.conftest import all_masked, fit_by_hand, fit_of
@@ -24,7 +24,7 @@ from tests.viz.conftest import all_masked, fit_by_hand, fit_of
 pytestmark = pytest.mark.usefixtures("gl")
 
 SIZE = (600, 450)
-BARE = Look(points=False)
+BARE = LobeStyle(points=False)
 
 
 @pytest.fixture
@@ -114,7 +114,7 @@ def test_panels_share_one_scale(picture, foil):
 
 
 def test_a_moved_slider_changes_the_right_pixels(picture, foil):
-    one = picture([LobeRequest(foil, 550.0, 30.0)], Look(points=False, radius="log"), words=False)
+    one = picture([LobeRequest(foil, 550.0, 30.0)], LobeStyle(points=False, radius="log"), words=False)
     before, first = pixels(one).astype(int), {tuple(p) for p in lobe_pixels(one)}
     one.set(theta_i=60.0)
     after, second = pixels(one).astype(int), {tuple(p) for p in lobe_pixels(one)}
@@ -148,7 +148,7 @@ def test_a_wavelength_changes_length_when_the_scale_is_held(picture, foil):
 @pytest.mark.parametrize("size", [(1200, 900), (500, 700)])
 def test_nothing_is_cut_off(picture, foil, count, size):
     angles = (10.0, 30.0, 60.0, 84.0)[:count]
-    one = picture([LobeRequest(foil, 550.0, a) for a in angles], Look(), size=size)
+    one = picture([LobeRequest(foil, 550.0, a) for a in angles], LobeStyle(), size=size)
     picture = pixels(one)
     assert picture.shape == (size[1], size[0], 3)
     for edge in (picture[:3], picture[-3:], picture[:, :2], picture[:, -2:]):
@@ -193,7 +193,7 @@ def test_spectral_colour(picture, foil):
     red, green, blue = pixels(one)[owned[:, 1], owned[:, 0]].mean(axis=0)
     assert red > green > blue + 30
     with pytest.raises(InputError, match="colour by value instead"):
-        picture([LobeRequest(foil, 550.0, 45.0)], Look(colour="spectrum"))
+        picture([LobeRequest(foil, 550.0, 45.0)], LobeStyle(colour="spectrum"))
 
 
 def test_transparent_background(picture, foil):
@@ -207,18 +207,18 @@ def test_transparent_background(picture, foil):
 
 
 def test_sensible_pictures_of_poor_data(picture, foil, small_scan):
-    masked = picture([LobeRequest(Subject("masked", all_masked(small_scan, 1)), 550.0, 45.0)], Look())
+    masked = picture([LobeRequest(Subject("masked", all_masked(small_scan, 1)), 550.0, 45.0)], LobeStyle())
     assert "nothing fitted or measured here" in masked.panels[0].caption()
     assert pixels(masked).min() < 100  # ground and words are there
     lone = Subject("one", Scan([45.0], 0.0, [45.0], 180.0, [550.0], [[0.5]]))
-    one = picture([LobeRequest(lone, 550.0, 45.0)], Look())
+    one = picture([LobeRequest(lone, 550.0, 45.0)], LobeStyle())
     assert "1 measured point" in one.panels[0].caption()
     assert len(lobe_pixels(one)) > 50
 
 
 def test_infinite_values_at_grazing_are_cut_and_named(picture, small_scan):
     steep = fit_of(small_scan, {"a": 20.0, "b": -1.0, "c": -1e-9, "d": 0.2, "ks": 1e38, "kd": 1.0})
-    one = picture([LobeRequest(Subject("steep", small_scan, steep), 550.0, 45.0)], Look(radius="log"))
+    one = picture([LobeRequest(Subject("steep", small_scan, steep), 550.0, 45.0)], LobeStyle(radius="log"))
     assert "infinite values cut" in "\n".join(one.notes())
     points = np.asarray(one.panels[0].lobes[0].polydata.points)
     assert np.isfinite(points).all()
@@ -232,7 +232,7 @@ def test_what_is_measured_makes_the_scale(picture, hemisphere):
     model = get_model("minnaert")
     scan = hemisphere.rows(hemisphere.theta_r <= 60.0)
     fit = with_parameters(fit_by_hand(scan, model), {"rho": [0.9], "k": [0.2]})
-    one = picture([LobeRequest(Subject("growing", scan, fit), 650.0, 40.0)], Look())
+    one = picture([LobeRequest(Subject("growing", scan, fit), 650.0, 40.0)], LobeStyle())
     reached = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, 61.0, 0.0))).max()
     edge = fit.model.brdf(fit.vector, model.features(Directions.relative(40.0, one.limit, 0.0))).max()
     top = max(reached, scan.brdf.max())
@@ -246,7 +246,7 @@ def test_what_is_measured_makes_the_scale(picture, hemisphere):
 
 
 def test_holding_the_scale_holds_the_colours(picture, foil):
-    one = picture([LobeRequest(foil, 550.0, 45.0)], Look(radius="log", points=True))
+    one = picture([LobeRequest(foil, 550.0, 45.0)], LobeStyle(radius="log", points=True))
     before = pixels(one)
     one.hold()
     words = slice(0, 60)  # where "scale held" is said
@@ -260,7 +260,7 @@ def test_holding_the_scale_holds_the_colours(picture, foil):
 
 def test_overlays_keep_their_colours_and_points(picture, foil):
     requests = [LobeRequest(foil, 550.0, a) for a in (30.0, 45.0, 60.0)]
-    one = picture(requests, Look(radius="log", points=True), overlay=True)
+    one = picture(requests, LobeStyle(radius="log", points=True), overlay=True)
     assert [len(m.rows) for m in one.panels[0].marks] == [16, 16, 16]
     for actor in one.panels[0].actors:
         assert actor.GetProperty().GetOpacity() == 1.0
@@ -274,7 +274,7 @@ def test_many_points_do_not_hide_the_lobe(picture):
     rng = np.random.default_rng(0)
     theta_r, phi = np.rad2deg(np.arccos(rng.uniform(0.1, 1.0, 25_000))), rng.uniform(0.0, 360.0, 25_000)
     scan = Scan(30.0, 0.0, theta_r, phi, [550.0], np.full((25_000, 1), 0.3))
-    one = picture([LobeRequest(Subject("cloud", scan), 550.0, 30.0)], Look(points=True))
+    one = picture([LobeRequest(Subject("cloud", scan), 550.0, 30.0)], LobeStyle(points=True))
     drawn = pixels(one).astype(int)
     without = [actor for marks in one.panels[0].marks for actor in marks._actors]
     for actor in without:
@@ -289,7 +289,7 @@ def test_a_wide_range_keeps_its_floor(picture):
     theta_r = np.arange(0.0, 81.0, 5.0)
     values = 10.0 ** np.linspace(5.0, -6.0, len(theta_r))
     scan = Scan(30.0, 0.0, theta_r, 180.0, [550.0], values[:, None])
-    one = picture([LobeRequest(Subject("wide", scan), 550.0, 30.0)], Look(radius="log"))
+    one = picture([LobeRequest(Subject("wide", scan), 550.0, 30.0)], LobeStyle(radius="log"))
     assert one.scale.floor < 1e-6
     assert one.paint.low == pytest.approx(1e-6)
     assert (one.scale.length(values, 1.0) > 0.0).all()
@@ -303,7 +303,7 @@ def test_a_difference_says_what_it_compares(picture, foil, small_scan):
         sample="other",
     )
     request = LobeRequest(Subject("foil", small_scan), 550.0, 45.0, Subject("other", other))
-    caption = picture([request], Look()).panels[0].caption()
+    caption = picture([request], LobeStyle()).panels[0].caption()
     assert "λ = 550 nm minus 560 nm" in caption
     assert "5 of 16 directions compared" in caption
 
@@ -320,7 +320,7 @@ def test_mistakes(picture, foil):
     with pytest.raises(InputError, match="size 20x450"):
         picture([request], size=(20, 450))
     with pytest.raises(InputError, match="no colour is called 'blue'"):
-        picture([request], Look(colour="blue"))
+        picture([request], LobeStyle(colour="blue"))
 
 
 def test_panels_fill_the_area():

@@ -11,7 +11,7 @@ from clbrdf import InputError, evaluate
 from clbrdf.cli import main
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.printed import save_printed
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 from clbrdf.viz.values import NAMES, save_values
 from tests.viz.conftest import FOIL
 
@@ -35,10 +35,10 @@ def test_pictures_for_print_are_whole(gl, foil, tmp_path, overlay):
     requests = [LobeRequest(foil, 550.0, a) for a in (45.0, 60.0)]
     for kind, head in (("svg", b"<?xml"), ("pdf", b"%PDF")):
         path = tmp_path / f"a.{kind}"
-        save_printed(requests, Look(), path, size=(500, 400), overlay=overlay)
+        save_printed(requests, LobeStyle(), path, size=(500, 400), overlay=overlay)
         assert path.read_bytes().startswith(head)
         with pytest.raises(InputError, match="exists already"):
-            save_printed(requests, Look(), path, size=(500, 400))
+            save_printed(requests, LobeStyle(), path, size=(500, 400))
 
 
 def test_the_commands(gl, foil_file, tmp_path, capsys):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from clbrdf import InputError
 from clbrdf.viz.colour_bar import value_paint
-from clbrdf.viz.radius import RadiusScale, joined, make_scale, nice_step, steps_125
+from clbrdf.viz.radius import RadiusScale, common_scale, make_scale, nice_step, steps_125
 
 VALUES = np.array([0.4, 3.0, 600.0])
 
@@ -62,7 +62,7 @@ def test_ticks(top):
 
 def test_steps_and_joining():
     assert steps_125(0.09, 1.1) == pytest.approx([0.1, 0.2, 0.5, 1.0])
-    both = joined([RadiusScale("log", 5.0, 0.1), RadiusScale("log", 50.0, 1.0)])
+    both = common_scale([RadiusScale("log", 5.0, 0.1), RadiusScale("log", 50.0, 1.0)])
     assert (both.top, both.floor) == (50.0, 0.1)
     with pytest.raises(InputError, match="no radius is called 'cubic'"):
         make_scale("cubic", VALUES, 1.0)

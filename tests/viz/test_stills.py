@@ -12,7 +12,7 @@ from clbrdf import InputError, Scan
 from clbrdf.viz.panel import LobeRequest
 from clbrdf.viz.picture import Picture
 from clbrdf.viz.stills import pixels, save_gif, save_mp4, save_png, sweep_stops
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 from clbrdf.viz.subject import Subject
 
 pytestmark = pytest.mark.usefixtures("gl")
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("gl")
 
 @pytest.fixture
 def picture(foil):
-    made = Picture([LobeRequest(foil, 550.0, 45.0)], Look(radius="log"), size=(400, 300))
+    made = Picture([LobeRequest(foil, 550.0, 45.0)], LobeStyle(radius="log"), size=(400, 300))
     yield made
     made.close()
 
@@ -77,7 +77,7 @@ def test_sweeps(picture, foil):
     assert sweep_stops(picture, "wavelength", 2) == [450.0, 650.0]
     angles = sweep_stops(picture, "theta-i")
     assert (angles[0], angles[-1], len(angles)) == (30.0, 60.0, 31)
-    with pytest.raises(InputError, match="--frames 1:"):
+    with pytest.raises(InputError, match="frames=1:"):
         sweep_stops(picture, "wavelength", 1)
 
 

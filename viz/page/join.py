@@ -12,7 +12,7 @@ from pathlib import Path
 from clbrdf.errors import InputError
 from clbrdf.models.javascript import javascript_text
 from clbrdf.storage.files import whole_text
-from clbrdf.viz.page.record import PageSubject, computable, named, subject_record
+from clbrdf.viz.page.record import PageSubject, computable, subject_record, with_distinct_names
 from clbrdf.viz.page.still import still_html
 from clbrdf.viz.page.thin import LARGEST
 from clbrdf.viz.style import DIFFERENCE_MAP, VALUE_MAP, colour_table
@@ -65,7 +65,7 @@ def page_text(subjects: Sequence[PageSubject], start: str = "") -> str:
     """
     if not 0 < len(subjects) <= MOST_SUBJECTS:
         raise InputError(f"a page holds 1 to {MOST_SUBJECTS} files, and here are {len(subjects)}")
-    given = named(list(subjects))
+    given = with_distinct_names(list(subjects))
     shown = [computable(s) for s in given]
     stills = {s.name: still_html(Subject(s.name, s.scan, s.fit, s.source)) for s in given}
     uncomputed = [stills[s.name] for s, kept in zip(given, shown, strict=True) if s is not kept]

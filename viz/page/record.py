@@ -250,7 +250,7 @@ def _named_weights(fit: Fit, name: str) -> str:
     return ""
 
 
-def named(subjects: list[PageSubject]) -> list[PageSubject]:
+def with_distinct_names(subjects: list[PageSubject]) -> list[PageSubject]:
     """Return the subjects with the name of their file after names that occur twice."""
     names = [s.name for s in subjects]
     return [

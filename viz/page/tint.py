@@ -18,6 +18,6 @@ def colour_record(scan: Scan) -> dict[str, Any]:
     if scan.bands:
         return {"missing": "the columns are bands, and a colour needs wavelengths"}
     try:
-        return {name: packed(colour_weights(scan.wavelength, name)) for name in LIGHTS}
+        return {name: packed(colour_weights(scan.wavelength, name, "colour by value")) for name in LIGHTS}
     except InputError as error:
         return {"missing": str(error)}

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
 from clbrdf.models import Model
-from clbrdf.models.kernel import kernel_text
+from clbrdf.models.kernel import opencl_text
 
 COMPILE = ("-O3", "-march=native", "-ffast-math", "-fopenmp", "-fPIC", "-c")
 LINK = ("-shared", "-fopenmp")
@@ -73,7 +73,7 @@ def model_source(model: Model, single: bool) -> str:
         "}",
     ]
     # Only what E needs; derivatives and terms are other functions.
-    whole = kernel_text(model.formula, model.parameters, model.title, plain=True)
+    whole = opencl_text(model.formula, model.parameters, model.title, plain=True)
     functions = whole.split("// What the linear parameters")[0].split("// f, and ∂f")[0]
     head = "#define REAL float\n#define SINGLE\n" if single else "#define REAL double\n"
     text = _packaged("model.c").replace("/* TABLE */", "\n".join(table)).replace("/* MODEL */", functions)

@@ -11,7 +11,7 @@ from clbrdf.errors import InputError, advice, settled
 from clbrdf.formats.guard import evidence
 from clbrdf.formats.guard.hemisphere import Total, total_of
 from clbrdf.formats.guard.options import Decision, Options
-from clbrdf.formats.guard.sample import Sample, make_sample
+from clbrdf.formats.guard.sample import UsableSample, make_sample
 from clbrdf.formats.guard.units import settle_angles, settle_spectrum
 from clbrdf.formats.reading import SCALES, Reading
 from clbrdf.formats.stated import stated_components
@@ -99,7 +99,7 @@ def _signed(reading: Reading) -> Reading:
     return replace(reading, **out) if out else reading
 
 
-def _sample(reading: Reading) -> Sample:
+def _sample(reading: Reading) -> UsableSample:
     usable = np.isfinite(reading.values) & (reading.values > 0.0)
     inside = (reading.theta_i < 90.0) & (reading.theta_r < 90.0)
     phi = reading.phi_r - reading.phi_i
@@ -113,7 +113,7 @@ def _origin(path: str, reading: Reading, options: Options) -> tuple[Reading, lis
     stated = reading.stated
     origin, why = stated.origin, "the format says so"
     if options.origin is not None:
-        origin, why = options.origin, "--origin"
+        origin, why = options.origin, advice("origin", "--origin")
     elif "origin" not in stated.sure:
         found = evidence.peaks(_sample(reading))
         shifted = evidence.reach(reading.theta_i, reading.theta_r)
@@ -157,13 +157,16 @@ def _in_range(path: str, reading: Reading) -> tuple[Reading, list[Decision]]:
     return reading.rows(~level), [said]
 
 
-def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> tuple[float, list[Decision]]:
+def _forward(
+    path: str, reading: Reading, sample: UsableSample, options: Options
+) -> tuple[float, list[Decision]]:
     """Return φr − φi of the forward half-plane in the file."""
     stated = reading.stated
     found = evidence.peaks(sample)
+    turn = advice("forward", "--phi-forward")
     if options.forward is not None:
         return options.forward, [
-            Decision("forward", f"forward is φ = {options.forward:g}°", f"--phi-forward; {found.words}")
+            Decision("forward", f"forward is φ = {options.forward:g}°", f"{turn}; {found.words}")
         ]
     seen = float(found.at) if found.at in ("0", "180") else None
     if stated.forward is None:
@@ -188,15 +191,13 @@ def _forward(path: str, reading: Reading, sample: Sample, options: Options) -> t
     brighter = found.ratio if stated.forward == 180.0 else 1.0 / found.ratio
     if brighter < 1.0 / CLEAR_RATIO and (seen is None or seen != stated.forward):
         decisions.append(
-            Decision(
-                "check", f"{1.0 / brighter:.2g} times brighter towards the source", "--phi-forward turns it"
-            )
+            Decision("check", f"{1.0 / brighter:.2g} times brighter towards the source", f"{turn} turns it")
         )
     return stated.forward, decisions
 
 
 def _cosine(
-    path: str, reading: Reading, sample: Sample, forward: float, options: Options
+    path: str, reading: Reading, sample: UsableSample, forward: float, options: Options
 ) -> tuple[bool, list[Decision]]:
     """Return whether values have to be divided by cosθr."""
     stated = reading.stated
@@ -205,7 +206,7 @@ def _cosine(
         return "values are divided by cosθr" if included else "values are without cosine"
 
     if options.cosine is not None:
-        return options.cosine, [Decision("cosine", words(options.cosine), "--cosine")]
+        return options.cosine, [Decision("cosine", words(options.cosine), advice("cosine", "--cosine"))]
     found = evidence.cosine(sample, forward)
     decisions = []
     if np.isfinite(found.spread) and found.spread > 0.3:
@@ -228,12 +229,14 @@ def _cosine(
     return stated.cosine, [Decision("cosine", words(stated.cosine), f"{why}; {found.words}"), *decisions]
 
 
-def _divided(sample: Sample) -> Sample:
+def _divided(sample: UsableSample) -> UsableSample:
     inverse = 1.0 / np.cos(np.deg2rad(sample.theta_r))
     return replace(sample, shape=sample.shape * inverse, bright=sample.bright * inverse)
 
 
-def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tuple[float, list[Decision]]:
+def _scale(
+    path: str, reading: Reading, sample: UsableSample, options: Options
+) -> tuple[float, list[Decision]]:
     """Return what values are multiplied by, and how much the surface reflects then."""
     stated = reading.stated
     totals = [total for group in sample.groups() if (total := total_of(group)) is not None]
@@ -241,7 +244,7 @@ def _scale(path: str, reading: Reading, sample: Sample, options: Options) -> tup
     if options.scale is not None:
         factor = SCALES[options.scale]
         return factor, [
-            Decision("scale", _words(options.scale), "--scale"),
+            Decision("scale", _words(options.scale), advice("scale", "--scale")),
             *_totals(reading, totals, factor),
         ]
     fits = [name for name in ("1", "pi", "percent", "pi-percent") if low * SCALES[name] <= MOST]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.formats.guard.sample import Group, Sample
+from clbrdf.formats.guard.sample import Group, UsableSample
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Peaks:
     ratio: float
 
 
-def peaks(sample: Sample) -> Peaks:
+def peaks(sample: UsableSample) -> Peaks:
     """Look for the mirror peak in the plane of incidence."""
     votes: Counter[str] = Counter()
     seen: list[str] = []
@@ -153,7 +153,7 @@ class Cosine:
     spread: float = float("nan")
 
 
-def cosine(sample: Sample, forward: float) -> Cosine:
+def cosine(sample: UsableSample, forward: float) -> Cosine:
     """Compare exchanged directions; where there are none, how values away from the peak fall with cosθr."""
     found = _reciprocity(sample)
     if found is not None and found.included is not None:
@@ -164,7 +164,7 @@ def cosine(sample: Sample, forward: float) -> Cosine:
     return Cosine(flat.included, flat.words, float("nan") if found is None else found.spread)
 
 
-def _reciprocity(sample: Sample) -> Cosine | None:
+def _reciprocity(sample: UsableSample) -> Cosine | None:
     """Compare f(θi → θr) with f(θr → θi): with the cosine left in, they differ by cosθr / cosθi."""
     from scipy.spatial import cKDTree
 
@@ -199,7 +199,7 @@ def _reciprocity(sample: Sample) -> Cosine | None:
     return Cosine(None, words, spread)
 
 
-def _flatness(sample: Sample, forward: float) -> Cosine:
+def _flatness(sample: UsableSample, forward: float) -> Cosine:
     """Look for values that fall exactly as cosθr away from the peak, or not at all."""
     slopes = []
     for group in sample.groups():

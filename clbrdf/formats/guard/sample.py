@@ -37,7 +37,7 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class UsableSample:
     """Usable directions of reflection.
 
     Attributes
@@ -87,7 +87,7 @@ class Sample:
 
 def make_sample(
     theta_i: Array, phi_i: Array, theta_r: Array, phi: Array, values: Array, usable: npt.NDArray[np.bool_]
-) -> Sample:
+) -> UsableSample:
     """Return what the guard looks at, of angles (N,) in degrees and values (N, W)."""
     rows = np.flatnonzero((theta_r < 90.0) & (theta_i < 90.0))
     if len(rows) > MOST_ROWS:
@@ -103,13 +103,13 @@ def make_sample(
     part, rows = part[good], rows[good]
     if part.size == 0:
         empty = np.empty(0)
-        return Sample(empty, empty, empty, empty, empty, empty)
+        return UsableSample(empty, empty, empty, empty, empty, empty)
     # Rows without one of the columns would tilt means of unequal columns; ratios to each one's mean do not.
     means = np.nanmean(part, axis=0)
     shape = np.nanmean(part / np.where(means == 0.0, 1.0, means), axis=1)
     bright = part[:, int(np.argmax(means))]
     seen = np.isfinite(bright)
     rows, shape, bright = rows[seen], shape[seen], bright[seen]
-    return Sample(
+    return UsableSample(
         theta_i[rows], np.mod(phi_i[rows], 360.0), theta_r[rows], np.mod(phi[rows], 360.0), shape, bright
     )

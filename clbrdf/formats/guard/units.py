@@ -55,7 +55,7 @@ def _angle_unit(path: str, reading: Reading, options: Options) -> tuple[str, str
         stated
     ]
     if options.angle is not None:
-        return options.angle, "--unit"
+        return options.angle, advice("angle", "--unit")
     if stated is not None and "angle" in reading.stated.sure:
         return stated, "the format says so"
     zenith = float(np.max(np.abs(np.concatenate([reading.theta_i, reading.theta_r]))))
@@ -91,9 +91,9 @@ def _swapped(path: str, reading: Reading, options: Options) -> tuple[Reading, li
             theta_r=reading.theta_i,
             phi_r=reading.phi_i,
         )
-        return turned, [Decision("swap", "incident and view direction exchanged", "--swap")]
+        return turned, [Decision("swap", "incident and view direction exchanged", advice("swap", "--swap"))]
     polar = options.swap == "polar"
-    why = "--swap"
+    why = advice("swap", "--swap")
     if options.swap is None and "angle" not in reading.stated.sure:
         azimuths = len(np.unique(reading.phi_r))
         small = np.abs(reading.phi_r).max() < 90.0 and azimuths >= 3
@@ -133,7 +133,7 @@ def settle_spectrum(
     low, high = float(waves.min()), float(waves.max())
     said = "the file says so" if stated else "the file does not say"
     if options.length is not None:
-        unit, why = options.length, "--unit"
+        unit, why = options.length, advice("length", "--unit")
     elif "length" in reading.stated.sure and stated is not None:
         unit, why = stated, "the format says so"
     elif stated == "um" and high < SMALLEST_NM:
@@ -173,5 +173,5 @@ def _bands(path: str, reading: Reading, options: Options) -> tuple[Array, tuple[
             f"{advice('wavelength', '--wavelength')} {options.wavelength:g} nm is no wavelength of light"
         )
     return np.array([options.wavelength]), (), [
-        Decision("length", f"{options.wavelength:g} nm", "--wavelength")
+        Decision("length", f"{options.wavelength:g} nm", advice("wavelength", "--wavelength"))
     ]  # fmt: skip

@@ -105,7 +105,7 @@ def check_directions(theta_i: Array, views: int, seed: int) -> tuple[Array, Arra
     return np.repeat(theta_i, views), theta_r.ravel(), phi.ravel()
 
 
-def measure(
+def measure_accuracy(
     material: Material, reader: TensorReader, bands: Places, theta_i: Array, views: int, seed: int = 0
 ) -> Accuracy:
     """Compare a file with its material.

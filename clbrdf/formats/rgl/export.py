@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.errors import InputError
-from clbrdf.formats.rgl.accuracy import LAST_INCIDENT, Accuracy, measure, random_incidents
+from clbrdf.formats.rgl.accuracy import LAST_INCIDENT, Accuracy, measure_accuracy, random_incidents
 from clbrdf.formats.rgl.incidence import Incidence, best_incidence
 from clbrdf.formats.rgl.material import Material, Places
-from clbrdf.formats.rgl.parametrise import AZIMUTHS, ZENITHS, Layout, lobe_profile, make_tables
+from clbrdf.formats.rgl.parametrise import AZIMUTHS, ZENITHS, TableLayout, lobe_profile, make_tables
 from clbrdf.formats.rgl.tables import Tables, size_of
 from clbrdf.formats.rgl.values import TensorReader
 from clbrdf.progress import Report
@@ -104,14 +104,14 @@ def export_material(
             break
         total, sampled = search.errors(count, side, probes)
         if total <= tolerance:
-            layout = Layout(incidence.nodes(count), side)
+            layout = TableLayout(incidence.nodes(count), side)
             tables = make_tables(material, layout, profile)
             reader, bands = TensorReader(tables), material.every_band
             incidents = random_incidents(FINAL_INCIDENTS, FINAL_SEED)
-            accuracy = measure(material, reader, bands, incidents, FINAL_VIEWS, FINAL_SEED)
+            accuracy = measure_accuracy(material, reader, bands, incidents, FINAL_VIEWS, FINAL_SEED)
             reached = accuracy.binding
             if reached <= tolerance:
-                beyond = measure(material, reader, bands, BEYOND_INCIDENTS, FINAL_VIEWS, FINAL_SEED)
+                beyond = measure_accuracy(material, reader, bands, BEYOND_INCIDENTS, FINAL_VIEWS, FINAL_SEED)
                 seconds = time.perf_counter() - start
                 return Export(tables, accuracy, beyond, tolerance, rounds, seconds)
             # A band that no probe stands for, or directions that the search has not seen.
@@ -138,13 +138,13 @@ class _Search:
     def errors(self, count: int, side: int, probes: Places) -> tuple[float, float]:
         """Error of a grid, and the part of it that is there at stored incident zeniths, too."""
         nodes = self.incidence.nodes(count)
-        tables = make_tables(self.material, Layout(nodes, side), self.profile, probes)
+        tables = make_tables(self.material, TableLayout(nodes, side), self.profile, probes)
         reader = TensorReader(tables)
         incidents = random_incidents(PROBE_INCIDENTS, SEARCH_SEED)
-        total = measure(self.material, reader, probes, incidents, PROBE_VIEWS, SEARCH_SEED)
+        total = measure_accuracy(self.material, reader, probes, incidents, PROBE_VIEWS, SEARCH_SEED)
         stored = np.rad2deg(tables.theta_i.astype(np.float64))
         stored = stored[(stored > 1.0) & (stored <= LAST_INCIDENT)]
-        sampled = measure(self.material, reader, probes, stored, PROBE_VIEWS, SEARCH_SEED)
+        sampled = measure_accuracy(self.material, reader, probes, stored, PROBE_VIEWS, SEARCH_SEED)
         return total.binding, min(sampled.binding, 0.9 * total.binding)
 
     def next(self, count: int, side: int, total: float, sampled: float) -> tuple[int, int]:

@@ -13,7 +13,7 @@ from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.interpolate import interpolated
 from clbrdf.formats.rgl.material import Material
 from clbrdf.formats.rgl.nodes import stored_nodes
-from clbrdf.formats.rgl.tables import BANDS, read_tables, write_tables
+from clbrdf.formats.rgl.tables import BANDS, ONE_BAND, read_tables, write_tables
 from clbrdf.formats.rgl.tensor_file import is_tensor_file
 from clbrdf.scan import Scan
 
@@ -65,7 +65,7 @@ def scan_material(scan: Scan) -> tuple[Material, tuple[str, ...]]:
     """
     reflected = scan.reflection()
     if scan.bands and tuple(name.upper() for name in scan.bands) != BANDS:
-        raise InputError(f"the bands {', '.join(scan.bands)} make no colour; R, G and B do")
+        raise InputError(f"the bands {', '.join(scan.bands)} make no colour; R, G and B do; {ONE_BAND}")
     brdf, remarks = interpolated(reflected)
     name = scan.sample or "a sample"
     wavelength = None if scan.bands else scan.wavelength

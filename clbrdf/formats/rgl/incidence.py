@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.formats.rgl.accuracy import LAST_INCIDENT, measure
+from clbrdf.formats.rgl.accuracy import LAST_INCIDENT, measure_accuracy
 from clbrdf.formats.rgl.material import Material
-from clbrdf.formats.rgl.parametrise import Layout, make_tables
+from clbrdf.formats.rgl.parametrise import TableLayout, make_tables
 from clbrdf.formats.rgl.values import TensorReader
 
 Array = npt.NDArray[np.float64]
@@ -60,10 +60,10 @@ def best_incidence(material: Material, profile: Array) -> Incidence:
     bands = material.steering_bands
     for _ in range(ROUNDS):
         nodes = incidence.nodes(COARSE_NODES)
-        reader = TensorReader(make_tables(material, Layout(nodes, COARSE_SIDE), profile, bands))
+        reader = TensorReader(make_tables(material, TableLayout(nodes, COARSE_SIDE), profile, bands))
         width = np.diff(nodes)
         inside = np.sort(np.concatenate([nodes[:-1] + part * width for part in (0.3, 0.7)]))
-        found = measure(material, reader, bands, np.rad2deg(inside), VIEWS)
+        found = measure_accuracy(material, reader, bands, np.rad2deg(inside), VIEWS)
         error = found.by_incident.reshape(-1, 2).mean(axis=1)
         size = found.size_by_incident.reshape(-1, 2).mean(axis=1)
         checked = nodes[:-1] + width / 2.0 < np.deg2rad(LAST_INCIDENT)

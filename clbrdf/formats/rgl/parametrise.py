@@ -63,7 +63,7 @@ LEAST_LUMINANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class TableLayout:
     """Where values are stored.
 
     Attributes
@@ -106,7 +106,9 @@ def lobe_profile(material: Material) -> Array:
     return np.minimum.accumulate(np.maximum(best, PROFILE_FLOOR))
 
 
-def make_tables(material: Material, layout: Layout, profile: Array, bands: Places | None = None) -> Tables:
+def make_tables(
+    material: Material, layout: TableLayout, profile: Array, bands: Places | None = None
+) -> Tables:
     """Return the tables of a layout.
 
     Parameters

@@ -19,6 +19,9 @@ Single = npt.NDArray[np.float32]
 BANDS = ("R", "G", "B")
 """What the third axis of `spectra` means where a file has no wavelengths: linear sRGB."""
 
+ONE_BAND = "a single band is given its wavelength when it is imported"
+"""What to do about a band that is no colour."""
+
 FORMAT_VERSION = (1, 0)
 
 

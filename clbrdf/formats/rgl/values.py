@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from clbrdf.formats.rgl.coordinates import azimuth_coordinate, half_vector, zenith_coordinate
 from clbrdf.formats.rgl.tables import Tables
-from clbrdf.formats.rgl.warp import Mixture, Warp, cell
+from clbrdf.formats.rgl.warp import Mixture, Warp, grid_cell
 from clbrdf.geometry import broadcast_angles, check_zenith
 
 Array = npt.NDArray[np.float64]
@@ -77,8 +77,8 @@ class TensorReader:
         )
         share_x, share_y = self._warp.share(mixture, x, y)
         side = tables.spectra.shape[-1]
-        column, fx = cell(share_x, side)
-        row, fy = cell(share_y, side)
+        column, fx = grid_cell(share_x, side)
+        row, fy = grid_cell(share_y, side)
         total = np.zeros((len(x), tables.bands))
         for (pa, wa), (pz, wz) in pairs:
             for dy, wy in ((0, 1.0 - fy), (1, fy)):
@@ -110,8 +110,8 @@ def _mixture(nodes: Array, values: Array) -> list[tuple[Places, Array]]:
 
 def _plane(table: npt.NDArray[np.float32], x: Array, y: Array) -> Array:
     """Interpolate a table over (y, x)."""
-    row, fy = cell(y, table.shape[0])
-    column, fx = cell(x, table.shape[1])
+    row, fy = grid_cell(y, table.shape[0])
+    column, fx = grid_cell(x, table.shape[1])
     low = (1.0 - fx) * table[row, column] + fx * table[row, column + 1]
     high = (1.0 - fx) * table[row + 1, column] + fx * table[row + 1, column + 1]
     return np.asarray((1.0 - fy) * low + fy * high)

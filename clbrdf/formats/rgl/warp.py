@@ -68,8 +68,8 @@ class Warp:
     def share(self, mixture: Mixture, x: Array, y: Array) -> tuple[Array, Array]:
         """Map points (N,) of [0, 1]² to shares (s_x, s_y), each (N,), under a mixture of densities."""
         _, rows, columns = self.density.shape
-        px, fx = cell(x, columns)
-        py, fy = cell(y, rows)
+        px, fx = grid_cell(x, columns)
+        py, fy = grid_cell(y, rows)
 
         def mixed(table: Array, *at: Places) -> Array:
             return np.asarray(
@@ -114,7 +114,7 @@ class Warp:
         return (px + fx) / (columns - 1), (py + fy) / (rows - 1)
 
 
-def cell(u: Array, nodes: int) -> tuple[Places, Array]:
+def grid_cell(u: Array, nodes: int) -> tuple[Places, Array]:
     """Cell of coordinates in [0, 1] on a grid of nodes, and the place within it, [0, 1]."""
     scaled = np.clip(u, 0.0, 1.0) * (nodes - 1)
     place = np.minimum(scaled.astype(np.intp), nodes - 2)

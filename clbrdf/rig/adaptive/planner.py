@@ -23,7 +23,7 @@ from clbrdf.rig.adaptive.settings import Adaptive
 from clbrdf.rig.adaptive.spread import uniform_start
 from clbrdf.rig.planner import Target
 from clbrdf.rig.rigfile import Rig
-from clbrdf.rig.route import arrange, overhead, travel_times
+from clbrdf.rig.route import order_points, overhead, travel_times
 from clbrdf.rig.row import SKIPPED, Row
 from clbrdf.rig.stagesettings import AXES, StageSettings
 
@@ -206,7 +206,7 @@ class AdaptivePlanner:
         axes = [np.empty((0, 3))]
         for part in (fitted, kept):
             if part:
-                order, poses = arrange(self.candidates.axes[part], self._speeds(), "shortest", here)
+                order, poses = order_points(self.candidates.axes[part], self._speeds(), "shortest", here)
                 places += [part[k] for k in order]
                 axes.append(poses)
                 here = poses[-1]

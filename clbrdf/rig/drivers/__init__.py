@@ -64,7 +64,7 @@ def axis_of(driver: Any) -> type[TomlTable]:
     return kind
 
 
-def needed(module: str, extra: str) -> Any:
+def import_extra(module: str, extra: str) -> Any:
     """Import what an extra brings.
 
     Raises

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from clbrdf.rig.connection import Context
-from clbrdf.rig.drivers import needed
+from clbrdf.rig.drivers import import_extra
 from clbrdf.rig.roles import Counts
 from clbrdf.storage.tomlfile import TomlTable
 
@@ -109,7 +109,7 @@ class SingleDetector:
         self.meter.open()
         self._place = None
         if self.settings.wheel:
-            thorlabs = needed("pylablib.devices.Thorlabs", "pylablib")
+            thorlabs = import_extra("pylablib.devices.Thorlabs", "pylablib")
             wheel = thorlabs.FW(self.settings.wheel)
             self._wheel, self._close_wheel = wheel.set_position, wheel.close
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from clbrdf.rig.connection import Context, FoundInstrument
-from clbrdf.rig.drivers import needed
+from clbrdf.rig.drivers import import_extra
 from clbrdf.rig.errors import InstrumentError, NoReplyError, UnpluggedError
 from clbrdf.storage.tomlfile import TomlTable
 
@@ -67,7 +67,7 @@ class VisaInstrument:
             pymeasure is missing, or the resource cannot be opened.
         """
         self.close()
-        kind = getattr(needed(self._module, EXTRA), self._name)
+        kind = getattr(import_extra(self._module, EXTRA), self._name)
         resource = self.settings.resource
         try:
             # What pymeasure asks its users about command sets is not our users' matter.
@@ -135,7 +135,7 @@ class VisaInstrument:
 
 def open_adapter(resource: str, timeout: float) -> Any:
     """Return pymeasure's adapter for a VISA resource."""
-    adapters = needed("pymeasure.adapters", EXTRA)
+    adapters = import_extra("pymeasure.adapters", EXTRA)
     return adapters.VISAAdapter(resource, timeout=round(timeout * 1000.0))
 
 
@@ -154,7 +154,7 @@ def _why(resource: str, error: Exception) -> str:
 
 def find_resources(matches: Callable[[str], bool]) -> list[FoundInstrument]:
     """Return the VISA resources that fit."""
-    pyvisa = needed("pyvisa", EXTRA)
+    pyvisa = import_extra("pyvisa", EXTRA)
     try:
         manager = pyvisa.ResourceManager()
         names = manager.list_resources()

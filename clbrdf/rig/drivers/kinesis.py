@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from clbrdf.rig.connection import Context, FoundInstrument
-from clbrdf.rig.drivers import needed
+from clbrdf.rig.drivers import import_extra
 from clbrdf.rig.errors import BadReplyError, InstrumentError, NoReplyError, RefusedError, UnpluggedError
 from clbrdf.rig.roles import Motion, StageStatus
 from clbrdf.storage.tomlfile import TomlTable
@@ -75,7 +75,7 @@ class KinesisStage:
             pylablib is missing, or the controller cannot be opened, or it moves no rotary stage.
         """
         self.close()
-        thorlabs = needed(THORLABS, EXTRA)
+        thorlabs = import_extra(THORLABS, EXTRA)
         try:
             with warnings.catch_warnings():
                 # A stage that pylablib does not recognise is told below, with the mend.
@@ -244,7 +244,7 @@ def connect(settings: TomlTable, axes: Mapping[str, Axis], context: Context) -> 
 
 def find() -> list[FoundInstrument]:
     """Return the connected controllers."""
-    thorlabs = needed(THORLABS, EXTRA)
+    thorlabs = import_extra(THORLABS, EXTRA)
     try:
         return [FoundInstrument(str(serial), str(what)) for serial, what in thorlabs.list_kinesis_devices()]
     except Exception as error:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.rig.connection import Context, FoundInstrument
-from clbrdf.rig.drivers import needed
+from clbrdf.rig.drivers import import_extra
 from clbrdf.rig.errors import BadReplyError, InstrumentError, UnpluggedError
 from clbrdf.rig.roles import Counts
 from clbrdf.storage.tomlfile import TomlTable
@@ -78,7 +78,7 @@ class SeaBreezeSpectrometer:
             seabreeze is missing, no such spectrometer is there, it is in use, or there is no right to it.
         """
         self.close()
-        library = needed(MODULE, EXTRA)
+        library = import_extra(MODULE, EXTRA)
         try:
             found = list(library.list_devices())
             if self.settings.serial:
@@ -236,7 +236,7 @@ def connect(settings: Connection, context: Context) -> SeaBreezeSpectrometer:
 
 def find() -> list[FoundInstrument]:
     """Return the connected spectrometers."""
-    library = needed(MODULE, EXTRA)
+    library = import_extra(MODULE, EXTRA)
     try:
         return [FoundInstrument(device.serial_number, str(device.model)) for device in library.list_devices()]
     except Exception as error:

@@ -17,7 +17,7 @@ TYPE_AT, REGARDING_AT, IMMEDIATE_AT, REMAINING_AT = 8, 12, 24, 40
 
 
 @dataclass(frozen=True)
-class Request:
+class ObpRequest:
     """A request that passed the protocol's own checks; `data` immediate or payload."""
 
     kind: int
@@ -51,7 +51,7 @@ def cut_out(buffer: bytearray) -> bytes | None:
         del buffer[:2]
 
 
-def read(frame: bytes) -> Request | None:
+def read(frame: bytes) -> ObpRequest | None:
     """Return the request in a frame; None where its checksum is wrong."""
     version, flags = struct.unpack_from("<HH", frame, 2)
     kind, regarding = struct.unpack_from("<II", frame, TYPE_AT)
@@ -61,10 +61,10 @@ def read(frame: bytes) -> Request | None:
     if checksum > MD5_TYPE or version not in (0x1000, 0x1100) or length > 16:
         return None
     data = frame[IMMEDIATE_AT : IMMEDIATE_AT + length] if length else frame[HEAD:-20]
-    return Request(kind, regarding, bool(flags & 4), version, checksum, data)
+    return ObpRequest(kind, regarding, bool(flags & 4), version, checksum, data)
 
 
-def write(to: Request, data: bytes, flags: int, error: int) -> bytes:
+def write(to: ObpRequest, data: bytes, flags: int, error: int) -> bytes:
     """Return the frame that answers a request."""
     immediate, payload = (data, b"") if len(data) <= 16 else (b"", data)
     head = struct.pack("<2sHHHII6s", b"\xc1\xc0", to.version, flags, error, to.kind, to.regarding, b"")

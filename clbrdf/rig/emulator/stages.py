@@ -73,7 +73,7 @@ class Move:
 
 
 @dataclass
-class Axis:
+class EmulatedAxis:
     """State of one controller."""
 
     address: int
@@ -123,7 +123,7 @@ class EmulatedStages:
             if not hasattr(stage, "address"):  # an axis of another driver
                 continue
             low, high = stage.raw_limits
-            axis = Axis(stage.address, 20.0, 80.0, low - HARD_MARGIN, high + HARD_MARGIN)
+            axis = EmulatedAxis(stage.address, 20.0, 80.0, low - HARD_MARGIN, high + HARD_MARGIN)
             axis.defaults = {"VA": 20.0, "AC": 80.0, "SL": low - HARD_MARGIN, "SR": high + HARD_MARGIN}
             axis.place = 3.0  # wherever the last user left it
             self.axes[stage.address] = axis
@@ -179,7 +179,7 @@ class EmulatedStages:
         for axis in self.axes.values():
             axis.last_error = letter
 
-    def _obey(self, axis: Axis, code: str, value: str) -> str | None:
+    def _obey(self, axis: EmulatedAxis, code: str, value: str) -> str | None:
         now = self.clock.now()
         if code == "TP" and value in ("", "?"):
             hunt = self.hunting * float(self._random.uniform(-1.0, 1.0)) if self.hunting else 0.0
@@ -204,7 +204,7 @@ class EmulatedStages:
             axis.last_error = letter
         return None
 
-    def _setting(self, axis: Axis, code: str, value: str) -> str | None:
+    def _setting(self, axis: EmulatedAxis, code: str, value: str) -> str | None:
         if value == "?":
             return _number(axis.defaults[code])
         refused = {RESET: "H", HOMING: "L", MOVING: "M"}.get(axis.state)
@@ -216,7 +216,7 @@ class EmulatedStages:
             axis.defaults[code] = float(value)
         return None
 
-    def _act(self, axis: Axis, code: str, value: str) -> str:
+    def _act(self, axis: EmulatedAxis, code: str, value: str) -> str:
         if code == "RS" and not value:
             self._reset(axis)
             return "@"
@@ -243,7 +243,7 @@ class EmulatedStages:
             return "@"
         return "A"
 
-    def _start(self, axis: Axis, code: str, value: str) -> str:
+    def _start(self, axis: EmulatedAxis, code: str, value: str) -> str:
         if not NUMBER.fullmatch(value):
             return "C"
         if axis.state not in READY:
@@ -266,13 +266,13 @@ class EmulatedStages:
             axis.deviation = float(self.angle_noise * self._random.standard_normal())
         return "@"
 
-    def _set_off(self, axis: Axis, target: float, state: int, end: int, bits: int = 0) -> None:
+    def _set_off(self, axis: EmulatedAxis, target: float, state: int, end: int, bits: int = 0) -> None:
         now = self.clock.now()
         here = axis.position(now)
         axis.move = Move(here, target, now, axis.defaults["VA"], axis.defaults["AC"])
         axis.state, axis.ends_as = state, (end, bits)
 
-    def _enable(self, axis: Axis, on: bool) -> str:
+    def _enable(self, axis: EmulatedAxis, on: bool) -> str:
         if on and axis.state in (DISABLED_FROM_READY, DISABLED_FROM_MOVING):
             axis.state, axis.errors = READY_FROM_DISABLE, 0
         elif not on and axis.state in READY:
@@ -281,14 +281,14 @@ class EmulatedStages:
             return "D"
         return "@"
 
-    def _stop(self, axis: Axis) -> None:
+    def _stop(self, axis: EmulatedAxis) -> None:
         now = self.clock.now()
         axis.update(now)
         if axis.move is not None and axis.state == MOVING:
             axis.place, axis.move = axis.position(now), None
             axis.state = READY_FROM_MOVING
 
-    def _reset(self, axis: Axis) -> None:
+    def _reset(self, axis: EmulatedAxis) -> None:
         axis.place = axis.position(self.clock.now())
         axis.move, axis.state, axis.errors, axis.last_error = None, RESET, 0, "@"
 

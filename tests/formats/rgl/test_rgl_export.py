@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clbrdf import InputError
-from clbrdf.formats.rgl.accuracy import measure, random_incidents
+from clbrdf.formats.rgl.accuracy import measure_accuracy, random_incidents
 from clbrdf.formats.rgl.export import export_material
 from clbrdf.formats.rgl.material import Material, projected
 from clbrdf.formats.rgl.nodes import stored_nodes
@@ -130,7 +130,7 @@ def test_a_tolerance_that_would_take_too_large_a_file():
 def test_the_grid_of_the_database_is_coarser_by_ten_times(name):
     material = spectral(MATERIALS[name])
     database = database_tables(MATERIALS[name])
-    coarse = measure(material, TensorReader(database), np.arange(3), random_incidents(64, 5), 256, 5)
+    coarse = measure_accuracy(material, TensorReader(database), np.arange(3), random_incidents(64, 5), 256, 5)
     made = export_material(material, 0.005)
     assert coarse.reached > 10.0 * made.accuracy.reached
     if name != "tin foil":

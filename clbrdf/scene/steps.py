@@ -127,7 +127,7 @@ def _reader(scene: Scene, block: Block) -> Block:
     return replace(block, values=values, variance=variance, noise=block.variance)
 
 
-STAGES: dict[str, Step] = {
+STEPS: dict[str, Step] = {
     "footprint": _footprint,
     "lamp_drift": _lamp_drift,
     "stray_light": _stray_light,
@@ -149,7 +149,7 @@ COUNTS, BACK = "to counts", "to BRDF"
 
 def steps(scene: Scene) -> list[tuple[str, Step]]:
     """Return the steps that a scene asks for, by the effect's name; counts only where one needs them."""
-    named = [(name, STAGES[name]) for name in STAGES if getattr(scene.effects, name) is not None]
+    named = [(name, STEPS[name]) for name in STEPS if getattr(scene.effects, name) is not None]
     counted = [j for j, (name, _) in enumerate(named) if name in ON_COUNTS]
     if counted:
         named.insert(counted[-1] + 1, (BACK, to_brdf))
