@@ -222,10 +222,12 @@ def look_through(
     search = _Orders(scan, model, weights[:, fitted], scan.columns(fitted))
     for raised in range(MOST_RAISES + 1):
         parameters = model.from_coordinates(solution.coordinates)
-        through = search.enough(through, parameters, CHANGE * TIGHTER**raised)
+        through, change = search.enough(through, parameters, CHANGE * TIGHTER**raised)
         observation = through.observation(scan.directions)
         if not observation.is_points:
             solution = polish(observation, solution)
+        elif np.sqrt(len(scan)) * change <= SHIFT:
+            break  # as far as values that change so little can move a parameter together
         if (
             raised == MOST_RAISES
             or not through.cones
@@ -244,26 +246,35 @@ class _Orders:
         self.measured = np.where(self.used, columns.brdf.T, 0.0)
         self.sigma = None if columns.sigma is None else columns.sigma.T
 
-    def enough(self, through: Through, parameters: Array, change: float) -> Through:
-        """Return the instrument with orders so high that the next change no value by a share of its noise."""
+    def enough(self, through: Through, parameters: Array, change: float) -> tuple[Through, float]:
+        """Return the instrument with orders so high that the next change no value by a share of its noise.
+
+        With it comes the largest such share; infinite where there is no next order.
+        """
         levels = through.levels.copy()
         every = np.arange(len(self.directions))
         values = self.values(through, every, levels, parameters)
-        allowed = change * self.noise(values, parameters)
+        noise = self.noise(values, parameters)
+        left = np.full((len(every), len(CONES)), np.inf)
+        left[:, [k for k in range(len(CONES)) if k not in through.cones]] = 0.0
         for cone in through.cones:
             active = np.flatnonzero(self.used.any(axis=0) & (levels[:, cone] < len(LADDER) - 1))
             while active.size:
                 finer = levels[active]
                 finer[:, cone] += 1
                 new = self.values(through, active, finer, parameters)
-                with np.errstate(invalid="ignore"):
-                    much = (np.abs(new - values[:, active]) > allowed[:, active]) & self.used[:, active]
-                rises = much.any(axis=0)
+                away = np.abs(new - values[:, active])
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    share = np.where(self.used[:, active] & (away > 0.0), away / noise[:, active], 0.0)
+                left[active, cone] = share.max(axis=0)
+                rises = ~(left[active, cone] <= change)
+                left[active[rises], cone] = np.inf
                 values[:, active] = np.where(rises, new, values[:, active])
                 active = active[rises]
                 levels[active, cone] += 1
                 active = active[levels[active, cone] < len(LADDER) - 1]
-        return replace(through, levels=levels)
+        measured = self.used.any(axis=0)
+        return replace(through, levels=levels), float(left[measured].sum(axis=1).max(initial=0.0))
 
     def moved(
         self,
