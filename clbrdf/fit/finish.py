@@ -29,6 +29,7 @@ from clbrdf.fit.polish import (
     left_as_they_are,
 )
 from clbrdf.fit.problem import Problem
+from clbrdf.fit.sample import SAMPLE
 from clbrdf.opencl.precision import get_precision
 
 Array = npt.NDArray[np.float64]
@@ -37,7 +38,10 @@ MOST_ENDS = 4
 """Different ends that go on to all directions: one vector of lanes on most devices."""
 
 FEW = 8
-"""Iterations after which an end that is still clearly higher than the first is given up."""
+"""Iterations after which an end that is still clearly higher than the lowest is given up."""
+
+LANES = 8
+"""Ends that go on at once, or as many as there are wavelengths: one vector, so that few do not cost more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +100,7 @@ def finish(problem: Problem, ends: Ends, depth: str) -> Polished:
     q, moving = ends.coordinates[:, :most].copy(), moving[:, :most]
     done = Polished(q, np.full(moving.shape, np.inf), moving.astype(np.int64), np.zeros_like(moving))
     if depth == "double":
-        for k in range(most):
-            _to_the_end(problem, done, k, np.flatnonzero(moving[:, k]))
+        _to_the_end(problem, done, moving)
         return done
     if depth == "single":
         rough = descend(problem, q, get_precision("fast:6"), ROUGH_ITERATIONS, ROUGH_TOLERANCE, ~moving)
@@ -107,17 +110,20 @@ def finish(problem: Problem, ends: Ends, depth: str) -> Polished:
     return replace(done, coordinates=q, objective=np.where(moving, energy, np.inf))
 
 
-def _to_the_end(problem: Problem, done: Polished, k: int, rows: npt.NDArray[np.intp]) -> None:
-    """Polish end k of some wavelengths, which lie side by side in the lanes; write it into `done`."""
-    damping = NEAR_DAMPING
-    for iterations in (FEW, MOST_ITERATIONS) if k else (MOST_ITERATIONS,):
-        if len(rows) == 0:
-            return
-        part = problem if len(rows) == problem.size[0] else problem.take(rows)
-        start = done.coordinates[rows, k : k + 1]
-        at = descend(part, start, get_precision("double"), iterations, TOLERANCE, damping=damping)
-        done.coordinates[rows, k], done.objective[rows, k] = at.coordinates[:, 0], at.objective[:, 0]
-        done.evaluations[rows, k] += at.evaluations[:, 0]
-        done.converged[rows, k] = at.converged[:, 0]
-        low = done.objective[rows, k] <= CLEARLY_HIGHER * done.objective[rows, 0]
-        rows, damping = rows[low & ~done.converged[rows, k]], FIRST_DAMPING
+def _to_the_end(problem: Problem, done: Polished, moving: npt.NDArray[np.bool_]) -> None:
+    """Polish the moving ends (W, K), which lie side by side in the lanes; write them into `done`."""
+    w, n = problem.size
+    tolerance = TOLERANCE * max(1.0, np.sqrt(n / SAMPLE))  # the rounding of E grows with the sum
+    for iterations, damping in ((FEW, NEAR_DAMPING), (MOST_ITERATIONS, FIRST_DAMPING)):
+        row, k = np.nonzero(moving)
+        for first in range(0, len(row), max(LANES, w)):
+            part = slice(first, first + max(LANES, w))
+            some, end = row[part], k[part]
+            of_them = problem if np.array_equal(some, np.arange(w)) else problem.take(some)
+            start = done.coordinates[some, end][:, None]
+            at = descend(of_them, start, get_precision("double"), iterations, tolerance, damping=damping)
+            done.coordinates[some, end], done.objective[some, end] = at.coordinates[:, 0], at.objective[:, 0]
+            done.evaluations[some, end] += at.evaluations[:, 0]
+            done.converged[some, end] = at.converged[:, 0]
+        low = done.objective <= CLEARLY_HIGHER * done.objective.min(axis=1, keepdims=True)
+        moving = moving & low & ~done.converged

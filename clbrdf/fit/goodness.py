@@ -23,6 +23,7 @@ Smith, Applied Regression Analysis (3rd ed., 1998), section 2.1 (lack of fit); H
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -83,11 +84,21 @@ def deviation_tests(
     out["repeats"] = np.zeros(wavelengths, dtype=np.int64)
     size = max(1, BLOCK_VALUES // max(1, len(scan)))
     fitted = setup.fitted
-    for first in range(0, len(fitted), size):
-        places = fitted[first : first + size]
-        told = _tests(scan, setup, places, free[places], energy[places], values_of(places), lines, copies)
-        for name, values in told.items():
-            out[name][places] = values
+    waiting: list[tuple[npt.NDArray[np.intp], Future[dict[str, Any]]]] = []
+
+    def settle(most: int) -> None:
+        while len(waiting) > most:
+            places, told = waiting.pop(0)
+            for name, values in told.result().items():
+                out[name][places] = values
+
+    with ThreadPoolExecutor(1) as thread:  # while it judges, the device forms the next values
+        for first in range(0, len(fitted), size):
+            places = fitted[first : first + size]
+            known = free[places], energy[places], values_of(places)
+            waiting.append((places, thread.submit(_tests, scan, setup, places, *known, lines, copies)))
+            settle(1)
+        settle(0)
     return out
 
 
