@@ -14,7 +14,7 @@ from clbrdf.fit.finish import MOST_ENDS, lowest_ends, together
 from clbrdf.fit.problem import make_problem
 from clbrdf.fit.reduced import product
 from clbrdf.fit.sample import MANY, SAMPLE, sample_of
-from clbrdf.fit.thin import on_sample
+from clbrdf.fit.thin import on_sample, thin_sample
 from clbrdf.geometry import Directions
 from clbrdf.models import get_model
 from clbrdf.objective import weight_matrix
@@ -72,6 +72,29 @@ def test_a_wavelength_that_is_measured_in_few_directions_is_searched_in_those(fo
     few = clbrdf.fit(foil.rows(np.sort(places)).columns([1]))
     assert fit.objective[1] == pytest.approx(few.objective[0], rel=1e-9)
     np.testing.assert_allclose(fit.objective[[0, 2]], clbrdf.fit(foil).objective[[0, 2]], rtol=1e-12)
+
+
+def test_descents_on_some_directions_end_where_those_on_all_do(foil, monkeypatch):
+    """Of 800 directions the first way takes 256; at one wavelength all but 60 of the 800 are masked."""
+    import sys
+
+    taken = []
+    polish = sys.modules["clbrdf.fit.polish"]
+    monkeypatch.setattr(
+        polish, "thin_sample", lambda problem, most: taken.append(most) or thin_sample(problem, most)
+    )
+    scan, rng = foil[:800], np.random.default_rng(4)
+    mask = np.zeros(scan.brdf.shape, dtype=bool)
+    mask[rng.permutation(800)[60:], 1] = True
+    scan = replace(scan, flags=np.where(mask, np.uint8(1), np.uint8(0)))
+    for model, settings in (("wang2013", DictionarySettings), ("ggx+lambert", LookupSettings)):
+        some = clbrdf.fit(scan, model=model)
+        assert set(taken) == {polish.ROUGH_DIRECTIONS}
+        taken.clear()
+        whole = clbrdf.fit(scan, model=model, settings=settings(everywhere=True))
+        assert not taken
+        # Both end on all directions in double precision: only another optimum is farther away.
+        np.testing.assert_allclose(some.objective, whole.objective, rtol=1e-9)
 
 
 def test_a_sample_stands_for_all_and_holds_the_nearest():
