@@ -17,7 +17,7 @@ demo: .venv/installed
 	$(BIN)/clbrdf demo -o demo --overwrite
 
 test: lint docs
-	$(BIN)/python -m pytest -n auto -m "not soak"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not soak"
 
 test-lowest: .venv/installed-dev
 	rm -rf build/lowest
