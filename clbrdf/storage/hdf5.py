@@ -242,6 +242,8 @@ def field(
     if array.ndim > 1 and array.size > 0:
         options = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
     dataset = parent.create_dataset(name, data=array, **options)
+    # Else its chunks get their places when the last reference goes, which a profiler or a traceback may hold.
+    dataset.flush()
     dataset.attrs["units"] = units
     if long_name:
         dataset.attrs["long_name"] = long_name

@@ -74,6 +74,28 @@ def test_the_end_is_a_stationary_point(small_scan):
         assert np.abs(cosines[free]).max() < 1e-6
 
 
+def test_bytes_do_not_depend_on_who_still_holds_a_dataset(small_scan, tmp_path, monkeypatch):
+    """A profiler, or a traceback, keeps locals of a frame alive: HDF5 then closes what they are later."""
+    import h5py
+
+    fit = clbrdf.fit(small_scan)
+    fit.save(tmp_path / "a")
+    made = []
+
+    def held(create):
+        def method(*args, **kwargs):
+            made.append(create(*args, **kwargs))
+            return made[-1]
+
+        return method
+
+    for name in ("create_dataset", "create_group"):
+        monkeypatch.setattr(h5py.Group, name, held(getattr(h5py.Group, name)))
+    fit.save(tmp_path / "b")
+    assert len(made) > 10
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_the_same_optimum(small_scan, tmp_path):
     scan = noisy(small_scan, 0.06)
     for name, seed in (("a", 5), ("b", 5), ("c", 6)):
