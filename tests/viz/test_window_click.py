@@ -14,13 +14,13 @@ import pytest
 WINDOW = """
 import sys
 from clbrdf.viz.panel import LobeRequest
-from clbrdf.viz.style import Look
+from clbrdf.viz.style import LobeStyle
 from clbrdf.viz.subject import open_subject
 from clbrdf.viz.window import Window, controlled_picture
 from tests.viz.test_control import project
 
 request = LobeRequest(open_subject(sys.argv[1]), 550.0, 45.0)
-control = controlled_picture([request], Look(radius="log"), (700, 600))
+control = controlled_picture([request], LobeStyle(radius="log"), (700, 600))
 window = Window(control)
 panel = control.picture.panels[0]
 pick = control.pick
