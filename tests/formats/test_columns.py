@@ -227,7 +227,7 @@ def test_missing_and_binary_files(tmp_path):
     with pytest.raises(InputError, match=r"none\.csv: no such file"):
         load_one([tmp_path / "none.csv"])
     (tmp_path / "binary.csv").write_bytes(b"\x89HDF\r\n\x1a\n\x00\x00")
-    with pytest.raises(InputError, match=r"binary\.csv: an HDF5 file; scans and fits of clbrdf need no import"):
+    with pytest.raises(InputError, match=r"binary\.csv: an HDF5 file; scans and fits of clbrdf"):
         load_one([tmp_path / "binary.csv"])
     (tmp_path / "other.csv").write_bytes(b"\x7fELF\x02\x01\x01\x00\x00\xff\xfe\x00")
     with pytest.raises(InputError, match=r"other\.csv: not a text file"):
