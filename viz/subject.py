@@ -231,7 +231,7 @@ def named_apart(subjects: Sequence[Subject]) -> list[Subject]:
 def drawing_limit(subjects: Sequence[Subject], theta_i: npt.ArrayLike = ()) -> float:
     """View zenith (degrees) where meshes end: DEFAULT_LIMIT, or what the data and angles asked for need."""
     largest = max([float(max(s.scan.theta_i.max(), s.scan.theta_r.max())) for s in subjects])
-    asked = float(np.max(theta_i, initial=0.0))
+    asked = float(np.asarray(theta_i, dtype=np.float64).max(initial=0.0))
     return float(min(max(DEFAULT_LIMIT, largest, asked + 0.5), 89.9))
 
 

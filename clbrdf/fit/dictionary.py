@@ -128,7 +128,7 @@ def search(problem: Problem, settings: DictionarySettings, _seed: int, report: R
     incident = _incident_groups(problem)
     growths = len(structure.growth_grid(limits[places(structure.growth)])) if settings.grid else MOST_GROWTHS
     values = 6 * len(shapes) + 4 * settings.shapes * growths
-    most = max(1, CHUNK_BYTES // (8 * values * (incident.max() + 1)))
+    most = max(1, CHUNK_BYTES // (8 * values * (int(incident.max()) + 1)))
     size = min(most, max(LEAST_CHUNK, -(-w // THREADS)))
 
     def part(first: int) -> tuple[Array, npt.NDArray[np.bool_]]:
