@@ -42,11 +42,12 @@ def check_output(path: str | Path, overwrite: bool) -> Path:
     target = Path(path)
     try:
         if target.is_symlink():
-            target = target.resolve()
+            target = Path(os.path.realpath(target))
         target.exists()
-    except (OSError, RuntimeError) as error:  # a name that is too long; links in a circle
-        said = getattr(error, "strerror", None) or "its links lead in a circle"
-        raise InputError(f"{target}: cannot be written ({said}); choose another name") from error
+    except OSError as error:  # a name that is too long
+        raise InputError(f"{target}: cannot be written ({error.strerror}); choose another name") from error
+    if target.is_symlink():  # where real paths end, none is left
+        raise InputError(f"{target}: cannot be written (its links lead in a circle); choose another name")
     if target.exists() and not (target.is_file() or target.is_dir()):
         raise InputError(f"{target}: is a device or a pipe; name a file")
     if target.is_dir():
