@@ -18,7 +18,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit.objectives import batch_objective
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.seen import library_of, upload_seen
-from clbrdf.fit.thin import on_sample, thin_sample
+from clbrdf.fit.thin import measured_enough, on_sample, thin_sample
 from clbrdf.opencl.device import open_queue
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload, work_group
@@ -39,7 +39,7 @@ ROUGH_TOLERANCE = 1e-3
 ROUGH_DIRECTIONS = 256
 """On which that way goes where there are more."""
 
-LEAST_USABLE = 128
+LEAST_MEASURED = 128
 """Of them that have to be measured at a wavelength, or as many as there are in all: else it goes on all."""
 
 WORTH = 2.0
@@ -151,8 +151,7 @@ def _rough(problem: Problem, starts: Array, iterations: int, everywhere: bool) -
         ends = descend(problem, starts, precision, iterations, ROUGH_TOLERANCE)
         return ends, np.full(len(starts), CLEARLY_HIGHER)
     few = on_sample(problem, thin_sample(problem, ROUGH_DIRECTIONS))
-    measured = np.count_nonzero(problem.scale, axis=1)
-    enough = np.count_nonzero(few.scale, axis=1) >= np.minimum(measured, LEAST_USABLE)
+    enough = measured_enough(problem, few, LEAST_MEASURED)
     ends = descend(few, starts, precision, iterations, ROUGH_TOLERANCE)
     rows = np.flatnonzero(~enough)
     if len(rows):

@@ -16,7 +16,7 @@ from clbrdf.fit.methods import Method
 from clbrdf.fit.polish import AS_LOW, EXACT, MOST_ITERATIONS, TOLERANCE, Polished, descend, polish
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.sample import MANY, SAMPLE, DirectionSample, sample_of
-from clbrdf.fit.thin import on_sample
+from clbrdf.fit.thin import measured_enough, on_sample
 from clbrdf.opencl.precision import get_precision
 from clbrdf.progress import Report, silent
 
@@ -30,7 +30,7 @@ FOLLOWED = 12
 ROUNDING = 1e-12
 """Relative differences of E below this are rounding of its sum."""
 
-LEAST_USABLE = SAMPLE // 4
+LEAST_MEASURED = SAMPLE // 4
 """Values that a wavelength has to have on a sample of many directions, if it has as many at all."""
 
 
@@ -75,9 +75,8 @@ def solve(problem: Problem, method: Method, settings: Any, seed: int, report: Re
     if problem.size[1] <= MANY or getattr(settings, "everywhere", False):
         return _look(problem, method, settings, seed, report)[0]
     sample = problem.sample or sample_of(problem.mirror, SAMPLE)
-    usable = np.count_nonzero(problem.scale > 0.0, axis=1)
     few = on_sample(problem, sample)
-    enough = np.count_nonzero(few.scale > 0.0, axis=1) >= np.minimum(usable, LEAST_USABLE)
+    enough = measured_enough(problem, few, LEAST_MEASURED)
     rows, parts = np.flatnonzero(enough), []
     if len(rows):
         parts.append(_on_sample(problem.take(rows), few.take(rows), method, settings, seed, report))

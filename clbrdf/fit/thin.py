@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from clbrdf.fit.problem import Problem
 from clbrdf.fit.sample import DirectionSample
@@ -35,6 +36,12 @@ def thinned(problem: Problem, most: int) -> Problem:
         return problem
     points = replace(problem, seen=ForwardModel(problem.model, problem.features))
     return on_sample(points, thin_sample(problem, most))
+
+
+def measured_enough(problem: Problem, few: Problem, least: int) -> npt.NDArray[np.bool_]:
+    """Return at which wavelengths (W,) so many of some directions are measured, or as many as of all."""
+    in_all, in_few = (np.count_nonzero(p.scale, axis=1) for p in (problem, few))
+    return np.asarray(in_few >= np.minimum(in_all, least))
 
 
 def on_sample(problem: Problem, sample: DirectionSample) -> Problem:

@@ -15,26 +15,9 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, Scan
-from clbrdf.scans import sample_scan
+from tests.cli.conftest import assert_one_line
 
 FAST = ("--method", "anneal", "--chains", 16, "--levels", 8)
-
-
-def assert_one_line(result, *words):
-    """An error is one line on standard error with exit status 2, and nothing else."""
-    status, out, err = result
-    assert status == 2
-    assert out == ""
-    assert err.startswith("clbrdf: ")
-    assert err.count("\n") == 1
-    for word in words:
-        assert word in err
-
-
-@pytest.fixture
-def scan_file(small_scan, tmp_path):
-    small_scan.save(tmp_path / "scan.h5")
-    return tmp_path / "scan.h5"
 
 
 @pytest.fixture
@@ -295,76 +278,6 @@ class TestMistakesOfNewUsers:
         table = out[out.index("λ (nm)") : out.index("method")]
         assert "…" not in table
 
-    def test_help_tells_what_the_readme_promises(self, run):
-        assert "wavelength_nm" in run("import", "--help")[1]
-        assert "0:85:5" in run("evaluate", "--help")[1]
-
-
-class TestMachine:
-    """What needs a process of its own."""
-
-    def start(self, *words, **environment):
-        return subprocess.run(
-            [sys.executable, "-m", "clbrdf.cli", *map(str, words)],
-            capture_output=True,
-            text=True,
-            env={**os.environ, **environment},
-            timeout=120,
-        )
-
-    def test_no_opencl_platform(self, scan_file, tmp_path):
-        # The loader looks for runtimes in this folder only, and it does not exist.
-        nowhere = str(tmp_path / "vendors")
-        ended = self.start("fit", scan_file, "-o", tmp_path / "fit.h5", OCL_ICD_VENDORS=nowhere)
-        assert_one_line(
-            (ended.returncode, ended.stdout, ended.stderr), "no OpenCL platform found", "pip install"
-        )
-        assert not (tmp_path / "fit.h5").exists()
-
-    def test_a_home_that_cannot_be_written(self, scan_file, tmp_path):
-        """PoCL then gives a platform without a device: its cache is what has to be mended."""
-        (tmp_path / "file").write_text("no folder")
-        home = {"HOME": str(tmp_path / "file"), "POCL_CACHE_DIR": "", "XDG_CACHE_HOME": ""}
-        ended = self.start("fit", scan_file, "-o", tmp_path / "fit.h5", **home)
-        told = ended.returncode, ended.stdout, ended.stderr
-        assert_one_line(told, f"{tmp_path}/file/.cache/pocl", "set POCL_CACHE_DIR")
-
-    def test_interrupt_leaves_nothing(self, tmp_path):
-        import signal
-        import time
-
-        target = tmp_path / "fit.h5"
-        words = ("fit", sample_scan("yellow_tin_foil"), "-o", target, "--method", "anneal", "--levels", 3000)
-        process = subprocess.Popen(
-            [sys.executable, "-m", "clbrdf.cli", *map(str, words)], stderr=subprocess.PIPE, text=True
-        )
-        time.sleep(3.0)
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
-        assert process.returncode == 130
-        assert err.splitlines() == ["clbrdf: interrupted; nothing was left half-written"]
-        assert list(tmp_path.iterdir()) == []
-
-    def test_a_reader_that_leaves_early_is_no_error(self):
-        words = [sys.executable, "-m", "clbrdf.cli", "evaluate", "--theta-i", "30", "--theta-r", "0:85:0.02"]
-        ended = subprocess.run(
-            f"{shlex.join(words)} | head -1", shell=True, capture_output=True, text=True, timeout=120
-        )
-        assert ended.stderr == ""
-
-    def test_a_command_whose_reader_leaves_does_the_rest_and_ends_well(self, tmp_path, scan_file):
-        words = [sys.executable, "-m", "clbrdf.cli", "fit", scan_file, "-o", tmp_path / "fit.h5"]
-        words += ["--model", "lambert", "--json", tmp_path / "fit.json"]
-        ended = subprocess.run(
-            ["bash", "-c", f'{shlex.join(map(str, words))} | true; exit "${{PIPESTATUS[0]}}"'],
-            capture_output=True,
-            text=True,
-            timeout=120,
-        )
-        assert (ended.returncode, ended.stderr) == (0, "")
-        assert (tmp_path / "fit.h5").is_file()
-        assert (tmp_path / "fit.json").is_file()
-
     def test_what_a_new_user_forgets_is_named(self, run, scan_file, tmp_path):
         assert_one_line(run("fit", scan_file), "--output is missing; 'clbrdf fit --help' shows")
         assert_one_line(run("fit", "-o", tmp_path / "fit.h5"), "SCAN is missing; 'clbrdf fit --help' shows")
@@ -376,22 +289,9 @@ class TestMachine:
         assert_one_line(run("simulate", scan_file, *out), "cannot be read as text, which a TOML file is")
         assert_one_line(run("report", scan_file, "-o", tmp_path / "out"), "; fit it with 'clbrdf fit'")
 
-    def test_import_is_light(self):
-        """What loads slowly loads when it is used: pydantic, SciPy, OpenCL, HDF5, VTK, Matplotlib."""
-        heavy = (
-            "vtkmodules",
-            "pyvista",
-            "pyopencl",
-            "nlopt",
-            "h5py",
-            "serial",
-            "matplotlib",
-            "pydantic",
-            "scipy",
-        )
-        code = f"import sys, clbrdf; print([m for m in {heavy} if m in sys.modules])"
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert done.stdout.strip() == "[]"
+    def test_help_tells_what_the_readme_promises(self, run):
+        assert "wavelength_nm" in run("import", "--help")[1]
+        assert "0:85:5" in run("evaluate", "--help")[1]
 
 
 def test_devices(run):
