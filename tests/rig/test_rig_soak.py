@@ -65,7 +65,7 @@ def soak(tmp_path, late, step, repeats, rate, seed):
     print(
         f"{len(scan.theta_r)} points in {seconds:.0f} s, {exchanges} exchanges,"
         f" {len(injected)} faults ({len(injected) / exchanges:.2%}), {len(events)} events,"
-        f" {len(silent) - len(missed)} faults whose event is that of the next, too, {len(missed)} without any,"
+        f" {len(silent) - len(missed)} faults share the event of the next, {len(missed)} without any,"
         f" longest point {max(np.diff(moments)):.1f} s,"
         f" latest read {late[0]:.2f} s after its deadline"
     )
