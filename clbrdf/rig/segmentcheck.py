@@ -16,6 +16,7 @@ from clbrdf.errors import InputError
 from clbrdf.parallel.children import follow_parent, run_child
 from clbrdf.rig.segment import read_header, read_rows
 from clbrdf.storage.look import limit
+from clbrdf.storage.sound import MEMORY
 
 START_TIME, BYTES_PER_SECOND = 5.0, 2e6
 """Processor time that starting the process and reading may take, s and bytes/s."""
@@ -23,8 +24,8 @@ START_TIME, BYTES_PER_SECOND = 5.0, 2e6
 BUSY = 20.0
 """How often its time may pass while other programs keep the processor busy."""
 
-MEMORY = 4 << 30
-"""Bytes that it may take: all that the package loads, and the segments."""
+COPIES = 4
+"""How often the rows of a segment are held while they are read and checked."""
 
 CODE = "import sys; from clbrdf.rig.segmentcheck import look_at_segments; look_at_segments(sys.argv[1:])"
 
@@ -35,7 +36,8 @@ def look_at_segments(words: Sequence[str]) -> None:
     The first word is the processor time that it may take, s.
     """
     follow_parent()
-    limit(MEMORY, int(words[0]))
+    size = sum(Path(path).stat().st_size for path in words[1:])
+    limit(MEMORY + COPIES * size, int(words[0]))
     for path in words[1:]:
         print(path, flush=True)
         try:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import resource
 import sys
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 MOST_OBJECTS = 100_000
@@ -115,9 +117,9 @@ def _slices(dataset: Any, place: tuple[int, ...], size: int) -> None:
 
 
 def limit(memory: int, seconds: int) -> None:
-    """End this process where it takes more memory, bytes, or processor time than that."""
+    """End this process where it takes so many bytes more than it holds, or so many seconds of processor."""
     for kind, most in (
-        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_AS, _held() + memory),
         (resource.RLIMIT_CPU, seconds),
         (resource.RLIMIT_CORE, 0),
     ):
@@ -125,8 +127,18 @@ def limit(memory: int, seconds: int) -> None:
         resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
 
 
+def _held() -> int:
+    """Return the addresses that this process holds, bytes: libraries count there, used or not."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+    except OSError:  # a system without /proc
+        return 1 << 31
+    return pages * resource.getpagesize()
+
+
 def main(words: list[str]) -> int:
     """Look at a file: path, bytes of memory, seconds of processor time."""
+    import_module("h5py")  # what it holds does not count
     limit(int(words[1]), int(words[2]))
     try:
         look(words[0])

@@ -16,8 +16,8 @@ from clbrdf.parallel.children import run_child
 from clbrdf.storage import look
 from clbrdf.storage.seal import is_sealed
 
-MEMORY = 2 << 30
-"""Bytes that the other process may take."""
+MEMORY = 1 << 30
+"""Bytes that reading may take: four times the largest chunk, which is held stored, unpacked and sorted."""
 
 START, BYTES_PER_SECOND = 5, 5e7
 """Processor time that it may take, s, and that for each byte of the file."""

@@ -22,7 +22,7 @@ CHUNK = 500
 PATIENCE = 1800.0
 """Wall time of a chunk, s, on a machine that does other things, too."""
 
-MOST_MEMORY = 2 << 20
+MOST_MEMORY = 2_000_000_000 >> 10
 """KiB."""
 
 

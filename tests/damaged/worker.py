@@ -51,14 +51,13 @@ def forked(work: Callable[[], object], seconds: int) -> tuple[int, str]:
 
     That takes a tenth of the time of a new process, which `command_line` of test_mutated.py has.
     """
-    size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     with tempfile.TemporaryFile() as said:
         child = os.fork()
         if child == 0:
             os.dup2(said.fileno(), 1)
             status = 1
             try:
-                look.limit(size + sound.MEMORY, seconds)
+                look.limit(sound.MEMORY, seconds)
                 work()
                 status = 0
             except BaseException as error:

@@ -91,7 +91,8 @@ def test_what_is_wrong_is_said_before_anything_is_allocated(tmp_path, content, m
     tracemalloc.stop()
     assert str(told.value).startswith(str(path))
     assert "\n" not in str(told.value)
-    assert peak < 200_000
+    # The claims are 2**32 bytes and more. Python's own work beside them, other threads' too, is below 1 MB.
+    assert peak < 10_000_000
 
 
 def test_no_such_file(tmp_path):
