@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import platformdirs
+
 from clbrdf.errors import DeviceError
 
 if TYPE_CHECKING:
@@ -145,6 +147,13 @@ def _pocl_cache() -> Path:
     return Path(home) / ".cache" / "pocl" if home else Path("/tmp/pocl")
 
 
+def _pyopencl_cache() -> Path:
+    """Return where PyOpenCL keeps what it makes of kernels (pytools.persistent_dict)."""
+    if caches := os.environ.get("XDG_CACHE_HOME"):
+        return Path(caches) / "pytools"
+    return platformdirs.user_cache_path("pytools", "pytools", ensure_exists=False)
+
+
 def _can_be_written(folder: Path) -> bool:
     """Whether files can be made in a folder, which may itself have to be made."""
     try:
@@ -173,8 +182,20 @@ def device_here(device: Device) -> Device:
 
 @cache
 def open_queue(device: Device) -> cl.CommandQueue:
-    """Return the command queue of a device, one per process."""
+    """Return the command queue of a device, one per process.
+
+    Raises
+    ------
+    DeviceError
+        PyOpenCL's cache cannot be written, without which it launches no kernel.
+    """
     import pyopencl as cl
+
+    folder = _pyopencl_cache()
+    if not _can_be_written(folder):
+        raise DeviceError(
+            f"PyOpenCL cannot write its cache, {folder}; set XDG_CACHE_HOME to a folder that can be written"
+        )
 
     platform, place = device.index
     context = cl.Context([cl.get_platforms()[platform].get_devices()[place]])

@@ -7,6 +7,9 @@ import shlex
 import subprocess
 import sys
 
+import pytest
+
+from clbrdf.opencl.device import choose_device
 from clbrdf.scans import sample_scan
 from tests.cli.conftest import assert_one_line
 
@@ -32,11 +35,22 @@ class TestMachine:
 
     def test_a_home_that_cannot_be_written(self, scan_file, tmp_path):
         """PoCL then gives a platform without a device: its cache is what has to be mended."""
+        if choose_device().kind == "gpu":
+            pytest.skip("a GPU is preferred to PoCL here")
         (tmp_path / "file").write_text("no folder")
         home = {"HOME": str(tmp_path / "file"), "POCL_CACHE_DIR": "", "XDG_CACHE_HOME": ""}
         ended = self.start("fit", scan_file, "-o", tmp_path / "fit.h5", **home)
         told = ended.returncode, ended.stdout, ended.stderr
         assert_one_line(told, f"{tmp_path}/file/.cache/pocl", "set POCL_CACHE_DIR")
+
+    def test_a_home_that_pyopencl_cannot_write(self, scan_file, tmp_path):
+        """A GPU's runtime, and PoCL with a cache of its own, give a device all the same."""
+        (tmp_path / "file").write_text("no folder")
+        own = str(tmp_path / "pocl")
+        home = {"HOME": str(tmp_path / "file"), "POCL_CACHE_DIR": own, "XDG_CACHE_HOME": ""}
+        ended = self.start("fit", scan_file, "-o", tmp_path / "fit.h5", **home)
+        told = ended.returncode, ended.stdout, ended.stderr
+        assert_one_line(told, f"{tmp_path}/file/.cache/pytools", "set XDG_CACHE_HOME")
 
     def test_interrupt_leaves_nothing(self, tmp_path):
         import signal
