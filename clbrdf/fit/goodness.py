@@ -121,7 +121,8 @@ def _tests(
     degrees = count - free
     judged = (degrees > 0.0) & (count > 0)
     chi2 = np.full(len(places), np.nan)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # An uncertainty of next to nothing makes χ² infinite.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         if scan.sigma is not None:
             sigma = scan.sigma[:, places].T
             known = (sigma > 0.0) | ~used
@@ -150,7 +151,8 @@ def misfit(found: Goodness) -> Mask:
     chi2, ratio = np.nan_to_num(found.chi2_reduced), np.nan_to_num(found.lack_of_fit)
     degrees = np.where(found.degrees > 0.0, found.degrees, 1.0)
     rest, repeats = np.maximum(degrees - found.repeats, 1.0), np.maximum(found.repeats, 1)
-    by_chi2 = chdtrc(degrees, degrees * chi2) < DOUBT
+    with np.errstate(over="ignore"):
+        by_chi2 = chdtrc(degrees, degrees * chi2) < DOUBT
     by_repeats = fdtrc(rest, repeats, ratio) < DOUBT
     return np.asarray((by_chi2 & (chi2 > 1.0)) | (by_repeats & (ratio > 1.0)))
 

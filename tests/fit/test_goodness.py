@@ -59,6 +59,15 @@ def test_chi2_is_that_of_the_definition():
     np.testing.assert_allclose(fit.residuals, scan.brdf - fit.evaluate(), rtol=0, atol=0)
 
 
+def test_an_uncertainty_of_next_to_nothing_makes_chi2_infinite_without_a_warning():
+    scan = scan_of(lambert, wavelengths=2)
+    sigma = scan.sigma.copy()
+    sigma[3, 0] = 5e-324
+    fit = clbrdf.fit(replace(scan, sigma=sigma), model="lambert", weights="none")
+    assert fit.chi2_reduced[0] == np.inf
+    assert list(fit.misfit) == [True, False]
+
+
 @pytest.mark.parametrize("weights", ["none", "relative", "sigma"])
 def test_noise_alone_is_not_remarked(weights):
     fit = clbrdf.fit(scan_of(lambert), model="lambert", weights=weights)

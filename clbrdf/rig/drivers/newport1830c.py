@@ -180,8 +180,11 @@ class Newport1830C:
                 self._tell(command)
             self.line.drain(ECHO_TIME)
             status = self._status()
+            gone = status & ~self._status() & (LATCHED | READ_DONE)
             if status & (PARAMETER_ERROR | COMMAND_ERROR):
                 self.line.fault("command error", f"status {status} after its settings")
+            elif gone:
+                self.line.fault("reading disagrees", f"status bits {gone} came and went")
             elif self._ask("W?", r"\d{4}") != self._wavelength or self._ask("U?", r"[1-4]") != WATTS:
                 self.line.fault("setting disagrees", "wavelength or units; set again")
             if self.line.faults == faults:
