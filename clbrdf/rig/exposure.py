@@ -30,6 +30,9 @@ FILL = 0.8
 PLATEAU = 24
 """Neighbouring pixels at one and the same highest count: the detector clips below its full scale."""
 
+MOST_FLASHES = 3
+"""Spectra in a row that saturate at the shortest time before the light is called too bright: a flash passes."""
+
 MOST_UNSETTLED = 12
 """Scans after which a shutter is taken to be stuck half-way, or the lamp to flicker."""
 
@@ -181,16 +184,21 @@ class Exposer:
         """
         times = self.times
         rung = int(np.argmin([abs(np.log(t / start)) for t in times]))
+        at_shortest = 0
         while True:
             self.check()
             exposure = self.take(times[rung])
-            if exposure.saturated:
-                if rung == 0:
-                    return exposure
+            if exposure.saturated and rung > 0:
                 self.log.add(
                     "spectrometer", "saturation", f"at {times[rung]:g} s; repeated with a shorter time"
                 )
                 rung, may_grow = rung - 1, False
+                continue
+            if exposure.saturated:
+                at_shortest += 1
+                if at_shortest == MOST_FLASHES:
+                    return exposure
+                self.log.add("spectrometer", "saturation", f"at {times[0]:g} s, the shortest time; repeated")
                 continue
             counts = exposure.counts / exposure.scans
             peak, floor = float(counts[self.window].max()), float(counts.min())

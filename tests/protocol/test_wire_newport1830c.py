@@ -12,6 +12,7 @@ CONFIGURE = [
         for command in (b"C", b"E0", b"G1", b"Z0", b"R0", b"F3", b"A0", b"U1", b"W0550")
     ],
     (b"Q?\n", b"0\n"),
+    (b"Q?\n", b"0\n"),
     (b"W?\n", b"0550\n"),
     (b"U?\n", b"1\n"),
 ]
@@ -51,6 +52,15 @@ def test_a_digit_lost_on_the_line_does_not_count():
     with Dialogue(*CONFIGURE, *reading(b"7.5123E-4", b"75123E-4", b"7.5123E-4")) as peer:
         meter = configured(peer)
         assert meter.measure_power() == 7.5123e-4
+        assert kinds(meter.line) == ["reading disagrees"]
+
+
+def test_a_digit_lost_of_the_status_does_not_count():
+    place = CONFIGURE.index((b"Q?\n", b"0\n"))
+    torn = [*CONFIGURE[:place], (b"Q?\n", b"28\n"), (b"Q?\n", b"128\n")]
+    with Dialogue(*torn, *CONFIGURE, *reading(b"1E-3", b"1E-3", b"1E-3")) as peer:
+        meter = configured(peer)
+        assert meter.measure_power() == 1e-3
         assert kinds(meter.line) == ["reading disagrees"]
 
 
@@ -109,7 +119,7 @@ def test_command_error_configures_again_and_repeats():
 
 
 def test_settings_that_are_not_understood_are_made_again():
-    damaged = [*CONFIGURE[:9], (b"Q?\n", b"1\n")]
+    damaged = [*CONFIGURE[:9], *[(b"Q?\n", b"1\n")] * 2]
     with Dialogue(*damaged, *CONFIGURE) as peer:
         assert kinds(configured(peer).line) == ["command error"]
 
@@ -165,7 +175,7 @@ def test_bad_reading_is_repeated(bad):
 
 
 def test_wavelength_not_taken_is_set_again():
-    wrong = [*CONFIGURE[:10], (b"W?\n", b"0633\n")]
+    wrong = [*CONFIGURE[:11], (b"W?\n", b"0633\n")]
     with Dialogue(*wrong, *CONFIGURE) as peer:
         assert kinds(configured(peer).line) == ["setting disagrees"]
 

@@ -87,6 +87,22 @@ def test_a_fixed_time_never_grows():
     assert set(light.asked) == {0.2}
 
 
+@pytest.mark.parametrize(("flashes", "saturated"), [(2, False), (3, True)])
+def test_a_flash_at_the_shortest_time_passes(flashes, saturated):
+    light = Light(10.0)
+    one = exposer(light, (0.01,))
+    one.take(0.01)  # the shutter has come to rest
+    usual, light.asked = light.measure_spectrum, []
+
+    def measure_spectrum():
+        light.rate = 1e9 if len(light.asked) < flashes else 10.0
+        return usual()
+
+    light.measure_spectrum = measure_spectrum
+    assert one.expose(0.01, False).saturated == saturated
+    assert [event.kind for event in one.log.events] == ["saturation"] * 2
+
+
 def test_longer_rungs_and_a_scan_that_saturates_in_a_sum():
     times = (0.01, 0.04, 0.16)
     light = Light(1e6)
