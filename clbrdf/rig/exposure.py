@@ -31,7 +31,7 @@ PLATEAU = 24
 """Neighbouring pixels at one and the same highest count: the detector clips below its full scale."""
 
 MOST_FLASHES = 3
-"""Spectra in a row that saturate at the shortest time before the light is called too bright: a flash passes."""
+"""Spectra in a row that saturate at the shortest time before the light is too bright: a flash passes."""
 
 MOST_UNSETTLED = 12
 """Scans after which a shutter is taken to be stuck half-way, or the lamp to flicker."""
