@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 
 from clbrdf.rig.connection import Context, nobody
@@ -15,7 +14,12 @@ from clbrdf.rig.motion import Stages, make_stages
 from clbrdf.rig.rigfile import Rig
 from clbrdf.rig.roles import ReferenceDetector, Spectrometer
 
+Part = Stages | Spectrometer | ReferenceDetector
+
 REPLUG_POLL = 0.05
+
+SAFE_TIME = 2.0
+"""How long an instrument that was lost at the very end is waited for, s."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class Instruments:
     log: EventLog
     check: Callable[[], None]
 
-    def _parts(self) -> list[tuple[str, Stages | Spectrometer | ReferenceDetector]]:
+    def _parts(self) -> list[tuple[str, Part]]:
         return [
             ("stages", self.stages),
             ("spectrometer", self.spectrometer),
@@ -83,9 +87,7 @@ class Instruments:
             It does not come back.
         """
         for name, part in self._parts():
-            if not part.is_open:
-                self._reopen(name, part)
-            part.identify()
+            self._find_again(name, part, self.rig.recovery.replug_time)
         self.spectrometer.forget()
         self.configure_reference()
         if must_home or not self.stages.is_ready():
@@ -93,8 +95,13 @@ class Instruments:
             return True
         return False
 
-    def _reopen(self, name: str, part: Stages | Spectrometer | ReferenceDetector) -> None:
-        deadline = time.monotonic() + self.rig.recovery.replug_time
+    def _find_again(self, name: str, part: Part, longest: float) -> None:
+        if not part.is_open:
+            self._reopen(name, part, longest)
+        part.identify()
+
+    def _reopen(self, name: str, part: Part, longest: float) -> None:
+        deadline = time.monotonic() + longest
         while True:
             try:
                 part.open()
@@ -108,11 +115,30 @@ class Instruments:
                 return
 
     def make_safe(self) -> None:
-        """Stop the stages and close the shutter, as far as they listen; never raises."""
-        with suppress(InstrumentError):
-            self.stages.stop()
-        with suppress(InstrumentError):
-            self.spectrometer.set_shutter(False)
+        """Stop the stages and close the shutter; never raises, and says in the log what did not listen."""
+        self._insist("stages", self.stages, "stop the stages", self._stop)
+        self._insist("spectrometer", self.spectrometer, "close the shutter", self._close_shutter)
+
+    def _stop(self) -> None:
+        self.stages.stop()
+        self.stages.is_ready()  # that they answer tells that they were there to hear it
+
+    def _close_shutter(self) -> None:
+        self.spectrometer.forget()
+        self.spectrometer.set_shutter(False)
+
+    def _insist(self, name: str, part: Part, what: str, action: Callable[[], None]) -> None:
+        """Do something again where an instrument was lost meanwhile, and say where it cannot be done."""
+        if not part.is_open:  # the error that ends the run tells of it
+            return
+        try:
+            try:
+                action()
+            except InstrumentError:
+                self._find_again(name, part, SAFE_TIME)
+                action()
+        except InstrumentError as error:
+            self.log.add(name, "not safe", f"could not {what}: {error}; see to it by hand")
 
     def close(self) -> None:
         """Disconnect."""

@@ -13,7 +13,7 @@ from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.emulator.stages import RESET
 from clbrdf.rig.errors import InstrumentError, StorageError
 from clbrdf.rig.eventlog import EventLog
-from clbrdf.rig.instruments import make_instruments
+from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.measure import measure, never
 from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.rigfile import load_rig
@@ -118,6 +118,48 @@ def test_many_faults_of_one_kind(tmp_path, clean):
         measure(write_plan(tmp_path, **PLAN), p, tmp_path / "scan.h5", budget=EXACT)
         assert len(e.injector.injected) >= 3
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
+
+
+@pytest.mark.parametrize(
+    ("instrument", "fault", "told"),
+    [
+        ("spectrometer", "unplug", "replugged"),
+        ("spectrometer", "no_reply", "no reply"),
+        ("stages", "unplug", "replugged"),
+    ],
+)
+def test_a_fault_in_the_very_last_exchange(tmp_path, clean, monkeypatch, instrument, fault, told):
+    """The shutter is closed all the same, and the log tells."""
+    make_safe, events = Instruments.make_safe, []
+    with emulation(tmp_path, **QUICK) as (rig_path, _, emulated):
+
+        def disturbed(instruments):
+            emulated.injector.inject(instrument, fault)
+            make_safe(instruments)
+
+        monkeypatch.setattr(Instruments, "make_safe", disturbed)
+        measure(
+            write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", budget=EXACT, show=events.append
+        )
+        assert [i.fault for i in emulated.injector.injected] == [fault]
+        assert not emulated.world.is_open
+    assert told in [event.kind for event in events]
+    assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
+
+
+def test_a_shutter_that_does_not_close_is_told(tmp_path, monkeypatch):
+    events = []
+
+    def dead(self):
+        raise InstrumentError("it does not answer")
+
+    with emulation(tmp_path, **QUICK) as (rig_path, _, _):
+        monkeypatch.setattr(Instruments, "_close_shutter", dead)
+        measure(
+            write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", budget=EXACT, show=events.append
+        )
+    (event,) = [event for event in events if event.kind == "not safe"]
+    assert str(event).endswith("could not close the shutter: it does not answer; see to it by hand")
 
 
 def test_lamp_stays_out_of_band(tmp_path):
