@@ -132,7 +132,9 @@ class PlanRun:
     z : float
         Deviation of the parameter from the truth in units of its uncertainty; NaN for a wrong model.
     chi2 : float
-        Of the validation points; NaN where there are none.
+        Of the validation points in simulated light, NaN where there are none; of all on the emulated rig.
+    reached : float
+        Relative uncertainty that these points came to.
     """
 
     surface: str
@@ -143,6 +145,7 @@ class PlanRun:
     seconds: float
     z: float
     chi2: float
+    reached: float = float("nan")
 
 
 class SimulatedLight:
@@ -300,6 +303,11 @@ def sample_rig() -> Rig:
     """Return the rig whose speeds and noise count: the sample rig file."""
     with as_file(files("clbrdf.rig.samples").joinpath("rig.toml")) as path:
         return load_rig(path)
+
+
+def sample_rig_text() -> str:
+    """Return the sample rig file."""
+    return files("clbrdf.rig.samples").joinpath("rig.toml").read_text(encoding="utf-8")
 
 
 def measure_plans(rig: Rig, seeds: int, report: Report = silent) -> list[PlanRun]:

@@ -73,6 +73,9 @@ def command(
     png: Annotated[Path | None, Parameter(help="accuracy, scaling, optimizers: also draw the tables")] = None,
     overwrite: Overwrite = False,
     scans: Annotated[int | None, Parameter(help="batch: how many scans")] = None,
+    emulated: Annotated[
+        bool, Parameter(help="planner: on emulated rigs, point by point, half an hour", negative="")
+    ] = False,
     options: Annotated[OptimizerOptions | None, Parameter(name="*")] = None,
 ) -> None:
     """Measure on this machine, now, in one run.
@@ -89,7 +92,7 @@ def command(
         references: the reference optima of that set, searched again;
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
         planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light; --seeds;
+        simulated light or on emulated rigs; --seeds, --emulated;
         through: bias and time of fits through an aperture, beside fits of points, a minute or two
         batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths;
         coverage: how often 1σ of each parameter holds the truth, on made scans with common errors; --seeds
@@ -111,6 +114,8 @@ def command(
         check_unused(options, what)
     if scans is not None and what != "batch":
         raise InputError(f"--scans: bench {what} does not take it; it belongs to bench batch")
+    if emulated and what != "planner":
+        raise InputError(f"--emulated: bench {what} does not take it; it belongs to bench planner")
     if model is not None and what not in ("throughput", "fit", "optimizers"):
         raise InputError(f"--model: bench {what} does not take it; throughput, fit and optimizers do")
     chosen = choose_device(device)
@@ -138,7 +143,7 @@ def command(
     elif what == "coverage":
         content = bench_coverage(chosen, options.seeds if options else None)
     elif what == "planner":
-        content = bench_planner(options.seeds if options else None)
+        content = bench_planner(options.seeds if options else None, emulated)
     elif what == "through":
         content = bench_through(chosen)
     elif what == "batch":
