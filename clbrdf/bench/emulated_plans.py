@@ -104,7 +104,7 @@ def measure_on_rig(job: EmulatedPlan) -> PlanRun:
                 folder / "plan.toml", folder / "rig.toml", folder / "scan.h5", budget=POINTS_ONLY
             )
         scan, rows = Scan.open(folder / "scan.h5"), read_raw(folder / "scan.h5").rows
-    if job.way == "adaptive" and not outcome.end.startswith("the target"):
+    if job.way == "adaptive" and not (outcome.end or outcome.doubt).startswith("the target is reached"):
         return lost
     mine = rows["kind"] == POINT
     axes, speeds = rows["axes"][mine], [getattr(rig.stages, axis) for axis in AXES]
