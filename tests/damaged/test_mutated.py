@@ -7,6 +7,7 @@ counted and the next file is read all the same.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections import Counter
@@ -44,7 +45,8 @@ def chunk(folder: Path, start: int, stop: int, seed: int) -> list[dict]:
     out = []
     while start < stop:
         words = [sys.executable, "-P", "-m", "tests.damaged.worker", folder, start, stop, seed]
-        env = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
+        known = os.pathsep.join([str(ROOT), *os.environ.get("PYTHONPATH", "").split(os.pathsep)])
+        env = {"PYTHONPATH": known.rstrip(os.pathsep), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
         try:
             done = subprocess.run(
                 list(map(str, words)), env=env, cwd=folder, capture_output=True, text=True, timeout=PATIENCE

@@ -202,7 +202,8 @@ def test_pause_and_go_on(tmp_path):
     """Ctrl-Z after a point: the shutter is closed, the process stops; continued, it checks a point first."""
     path = write_rig(tmp_path)
     path.write_text(path.read_text().replace("time_factor = 2000", "time_factor = 60"))
-    plan, out = write_plan(tmp_path, step=10.0), tmp_path / "scan.h5"
+    # So many points that they do not come to an end before the pause is asked for.
+    plan, out = write_plan(tmp_path, step=2.5), tmp_path / "scan.h5"
     words = [sys.executable, "-m", "clbrdf.cli", "measure", str(plan), "--rig", str(path), "-o", str(out)]
     from clbrdf.rig.follow import progress_of
     from clbrdf.rig.store import run_folder
