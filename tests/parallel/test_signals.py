@@ -102,7 +102,7 @@ def run(kind, folder, inputs, number, moment, group=False):
     folder.mkdir()
     work, scratch = folder / "work", folder / "tmp"
     scratch.mkdir()
-    shutil.copytree(inputs, work)
+    shutil.copytree(inputs, work, symlinks=True)  # the ports of an emulated rig are links to terminals
     began = time.monotonic()
     process = subprocess.Popen(
         [COMMAND, *WORK[kind]],
