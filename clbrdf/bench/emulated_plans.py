@@ -8,10 +8,8 @@ exchanges of the points that were measured, as there.
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -19,24 +17,25 @@ from clbrdf.bench.planner import (
     NOISE,
     SURFACES,
     TARGETS,
+    WAVELENGTH,
     PlannedSurface,
     PlanRun,
     bench_plan,
     measure_uniform,
+    rig_seconds,
     sample_rig,
     sample_rig_text,
 )
 from clbrdf.fit import fit
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
-from clbrdf.rig.budget import Budget, PointSources
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.measure import measure
 from clbrdf.rig.rawscan import read_raw
 from clbrdf.rig.rigfile import load_rig
-from clbrdf.rig.route import overhead, travel_times
 from clbrdf.rig.row import POINT
-from clbrdf.rig.stagesettings import AXES
 from clbrdf.rig.uncertainty import MEDIAN_OF_THREE
 from clbrdf.scan import Scan
 
@@ -48,15 +47,6 @@ LONG_SEEDS = 2
 
 LONGEST = "wang2013"
 """See LONG_SEEDS."""
-
-POINTS_ONLY = Budget(
-    mechanical=(),
-    illumination=(),
-    detection=(),
-    personal=(),
-    points=PointSources(counting=True, reference=True),
-)
-"""What the raw scan itself tells of each point, and nothing that all have in common."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +84,9 @@ def measure_on_rig(job: EmulatedPlan) -> PlanRun:
         count = next(run.points for run in runs if run.target == job.target)
         if not count:
             return lost
-    with tempfile.TemporaryDirectory(prefix="clbrdf-plan-") as name:
-        folder = Path(name)
+    plan = bench_plan(surface, job.target).adaptive
+    assert plan is not None
+    with scratch_folder() as folder:
         (folder / "rig.toml").write_text(rig_text(surface, job.seed), encoding="utf-8")
         (folder / "plan.toml").write_text(plan_text(job, count), encoding="utf-8")
         rig = load_rig(folder / "rig.toml")
@@ -104,14 +95,10 @@ def measure_on_rig(job: EmulatedPlan) -> PlanRun:
                 folder / "plan.toml", folder / "rig.toml", folder / "scan.h5", budget=POINTS_ONLY
             )
         scan, rows = Scan.open(folder / "scan.h5"), read_raw(folder / "scan.h5").rows
-    if job.way == "adaptive" and not (outcome.end or outcome.doubt).startswith("the target is reached"):
+    if job.way == "adaptive" and outcome.points >= plan.points:
         return lost
     mine = rows["kind"] == POINT
-    axes, speeds = rows["axes"][mine], [getattr(rig.stages, axis) for axis in AXES]
-    travel = travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), speeds).sum()
-    seconds = travel + rows["integration_time"][mine].sum() + mine.sum() * overhead(rig)
-    plan = bench_plan(surface, job.target).adaptive
-    assert plan is not None
+    seconds = rig_seconds(rig, rows["axes"][mine], rows["integration_time"][mine])
     found = fit(scan, model=surface.fitted, weights="sigma", fix=plan.fix)
     value, sigma = float(found.parameters[surface.wanted][0]), float(found.sigma[surface.wanted][0])
     z = (value - surface.parameters[surface.wanted]) / sigma if surface.is_right else float("nan")
@@ -121,7 +108,7 @@ def measure_on_rig(job: EmulatedPlan) -> PlanRun:
         job.seed,
         job.target,
         int(mine.sum()),
-        float(seconds),
+        seconds,
         z,
         float(found.chi2_reduced[0]),
         sigma / abs(value) / surface.power,
@@ -161,7 +148,8 @@ def plan_text(job: EmulatedPlan, count: int) -> str:
     """Return a plan file: adaptive among the views of `bench_plan`, or `count` views evenly spread."""
     plan = bench_plan(job.surface, job.target)
     assert plan.adaptive is not None
-    lines = [f"theta_i = {list(plan.theta_i)}", "wavelength = { start = 550, stop = 550, step = 5 }"]
+    (nm,) = WAVELENGTH
+    lines = [f"theta_i = {list(plan.theta_i)}", f"wavelength = {{ start = {nm}, stop = {nm}, step = 5 }}"]
     if job.way == "uniform":
         # As many on each side of the normal.
         each = max(1, round(count / (2 * len(plan.theta_i))))
@@ -173,12 +161,12 @@ def plan_text(job: EmulatedPlan, count: int) -> str:
     return "\n".join(
         [
             *lines,
-            "theta_r = { start = 0, stop = 80, step = 0.25 }",
+            f"theta_r = {list(plan.theta_r)}",
             "[adaptive]",
             f"model = {json.dumps(adaptive.model)}",
             f"parameters = {json.dumps(list(adaptive.parameters))}",
             f"sigma = {adaptive.sigma!r}",
-            "wavelengths = 1",
+            f"wavelengths = {adaptive.wavelengths}",
             f"fix = {{ {fix} }}",
             "",
         ]

@@ -285,9 +285,15 @@ def _uniform(candidates: CandidatePoints, count: int, random: np.random.Generato
 def _seconds(candidates: CandidatePoints, places: list[int], observer: SimulatedLight, rig: Rig) -> float:
     speeds = [getattr(rig.stages, name) for name in AXES]
     _, axes = order_points(candidates.axes[places], speeds, "shortest")
+    exposures = np.array([observer.row(0, candidates.nominal(p)).integration_time for p in places])
+    return rig_seconds(rig, axes, exposures)
+
+
+def rig_seconds(rig: Rig, axes: Array, exposures: Array) -> float:
+    """Return the time of points in their order, s: travel between rig angles (N, 3), exposures, exchanges."""
+    speeds = [getattr(rig.stages, name) for name in AXES]
     travel = travel_times(np.diff(axes, axis=0, prepend=np.zeros((1, 3))), speeds).sum()
-    exposures = sum(observer.row(0, candidates.nominal(p)).integration_time for p in places)
-    return float(travel + exposures + len(places) * overhead(rig))
+    return float(travel + exposures.sum() + len(axes) * overhead(rig))
 
 
 def _z(surface: PlannedSurface, knowledge: Knowledge) -> float:

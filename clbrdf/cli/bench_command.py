@@ -74,7 +74,7 @@ def command(
     overwrite: Overwrite = False,
     scans: Annotated[int | None, Parameter(help="batch: how many scans")] = None,
     emulated: Annotated[
-        bool, Parameter(help="planner: on emulated rigs, point by point, half an hour", negative="")
+        bool, Parameter(help="planner: on emulated rigs, point by point, some 40 minutes", negative="")
     ] = False,
     options: Annotated[OptimizerOptions | None, Parameter(name="*")] = None,
 ) -> None:

@@ -25,7 +25,7 @@ PLANS_A_CORE = 6
 def bench_planner(seeds: int | None = None, emulated: bool = False) -> dict[str, Any]:
     """Run the plans with some seeds, 20 if not given; print a table, return all numbers.
 
-    In simulated light, or on emulated rigs, point by point: some half an hour of two cores for 20 seeds.
+    In simulated light, or on emulated rigs, point by point: some 40 minutes of two cores for 20 seeds.
 
     Raises
     ------

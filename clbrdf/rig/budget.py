@@ -127,6 +127,16 @@ class Budget(TomlTable):
         return [source for source in every if source.percent > 0.0 and not self.is_measured(source)]
 
 
+POINTS_ONLY = Budget(
+    mechanical=(),
+    illumination=(),
+    detection=(),
+    personal=(),
+    points=PointSources(counting=True, reference=True),
+)
+"""What a raw scan itself tells, and nothing else."""
+
+
 def root_sum_square(parts: list[float]) -> float:
     """√Σ x²: sources are independent."""
     return math.sqrt(math.fsum(x * x for x in parts))

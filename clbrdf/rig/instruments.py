@@ -87,7 +87,7 @@ class Instruments:
             It does not come back.
         """
         for name, part in self._parts():
-            self._find_again(name, part, self.rig.recovery.replug_time)
+            self._find_again(name, part, self.rig.recovery.replug_time, self.check)
         self.spectrometer.forget()
         self.configure_reference()
         if must_home or not self.stages.is_ready():
@@ -95,12 +95,12 @@ class Instruments:
             return True
         return False
 
-    def _find_again(self, name: str, part: Part, longest: float) -> None:
+    def _find_again(self, name: str, part: Part, longest: float, check: Callable[[], None]) -> None:
         if not part.is_open:
-            self._reopen(name, part, longest)
+            self._reopen(name, part, longest, check)
         part.identify()
 
-    def _reopen(self, name: str, part: Part, longest: float) -> None:
+    def _reopen(self, name: str, part: Part, longest: float, check: Callable[[], None]) -> None:
         deadline = time.monotonic() + longest
         while True:
             try:
@@ -108,7 +108,7 @@ class Instruments:
             except InstrumentError:
                 if time.monotonic() > deadline:
                     raise
-                self.check()
+                check()
                 time.sleep(REPLUG_POLL)
             else:
                 self.log.add(name, "replugged", "connected again; nothing about the instrument is assumed")
@@ -135,7 +135,8 @@ class Instruments:
             try:
                 action()
             except InstrumentError:
-                self._find_again(name, part, SAFE_TIME)
+                # Who asked to stop wants this, too: no check ends it.
+                self._find_again(name, part, SAFE_TIME, lambda: None)
                 action()
         except InstrumentError as error:
             self.log.add(name, "not safe", f"could not {what}: {error}; see to it by hand")

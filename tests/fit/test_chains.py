@@ -63,7 +63,7 @@ def test_linear_parameters_are_at_their_best_wherever_a_chain_stands(small_scan,
     assert len(above) > 60
     assert min(above) > -allowed
     beyond = [a for a in above if a > allowed]
-    assert max(above) < (0.1 if precision == "single" else allowed)
+    assert max(above) < (0.05 if precision == "single" else allowed)
     assert len(beyond) <= (2 if precision == "single" else 0)
 
 

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clbrdf.rig import drivers
-from clbrdf.rig.budget import Budget, PointSources
 from clbrdf.rig.connection import Context
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.eventlog import EventLog
@@ -74,15 +73,6 @@ reference_every = {reference_every}
 {more}
 wavelength = {{ start = 500, stop = 600, step = 10 }}
 """
-
-EXACT = Budget(
-    mechanical=(),
-    illumination=(),
-    detection=(),
-    personal=(),
-    points=PointSources(counting=True, reference=True),
-)
-"""Only what the raw scan itself says."""
 
 
 def write_rig(

@@ -7,10 +7,11 @@ import signal
 import numpy as np
 import pytest
 from kill_worker import work
-from rig_helpers import EXACT, emulation
+from rig_helpers import emulation
 
 from clbrdf.cli import main
 from clbrdf.errors import InputError
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.measure import measure
 from clbrdf.rig.planfile import load_plan
 from clbrdf.rig.rawscan import read_raw
@@ -60,7 +61,7 @@ def test_ends_at_its_target(tmp_path):
     """The last batch brings σ below the target, and the truth lies within five of it."""
     plan = write(tmp_path, GGX + 'parameters = ["ggx.alpha"]\nsigma = 0.001')
     with emulation(tmp_path, emulator=SURFACE, effects=NOISE) as (rig_path, _, _):
-        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     assert outcome.end.startswith("the target is reached")
     assert not outcome.doubt
     assert outcome.points < 120
@@ -73,14 +74,14 @@ def test_a_wrong_model_is_told(tmp_path):
     """A surface with another lobe than the plan's: its validation points say so, and the exit status too."""
     plan = write(tmp_path, 'model = "lambert"\nparameters = ["rho"]\nsigma = 0.003')
     with emulation(tmp_path, emulator=SURFACE, effects=NOISE) as (rig_path, _, _):
-        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     assert "lambert does not describe this surface" in outcome.doubt
 
 
 def test_a_target_out_of_reach(tmp_path, capsys):
     plan = write(tmp_path, GGX + 'parameters = ["ggx.alpha"]\nsigma = 1e-7\npoints = 30')
     with emulation(tmp_path, emulator=SURFACE, effects=NOISE) as (rig_path, _, _):
-        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     assert outcome.points == 30
     assert "the target is not reached" in outcome.doubt
     assert "planner: target out of reach: all " in read_raw(tmp_path / "scan.h5").log
@@ -89,7 +90,7 @@ def test_a_target_out_of_reach(tmp_path, capsys):
 def test_time_is_kept(tmp_path):
     plan = write(tmp_path, GGX + "time = 60")
     with emulation(tmp_path, emulator=SURFACE) as (rig_path, _, _):
-        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     assert 5 < outcome.points < 200
     seconds = float(outcome.end.split(" points, ")[1].split(" s ")[0])
     assert 40.0 < seconds <= 60.0

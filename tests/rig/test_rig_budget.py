@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from rig_helpers import EXACT, emulation, write_plan
+from rig_helpers import emulation, write_plan
 
 from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
@@ -13,6 +13,7 @@ from clbrdf.models import get_model
 from clbrdf.rig.budget import (
     GROUPS,
     KINDS,
+    POINTS_ONLY,
     Budget,
     ErrorSource,
     PointSources,
@@ -205,19 +206,19 @@ def test_raw_counts_calibrate_again(measured, tmp_path):
     half = raw.rig.model_copy(
         update={"geometry": raw.rig.geometry.model_copy(update={"solid_angle": 5.0e-4})}
     )
-    assert calibrate(dataclasses.replace(raw, rig=half), EXACT).brdf == pytest.approx(2.0 * scan.brdf)
+    assert calibrate(dataclasses.replace(raw, rig=half), POINTS_ONLY).brdf == pytest.approx(2.0 * scan.brdf)
     coarse = raw.plan.model_copy(update={"wavelength": WavelengthGrid(start=520, stop=580, step=20)})
     other = dataclasses.replace(raw, plan=coarse)
-    calibrated = calibrate(other, EXACT)
+    calibrated = calibrate(other, POINTS_ONLY)
     assert calibrated.wavelength.tolist() == [520.0, 540.0, 560.0, 580.0]
-    save_calibrated(tmp_path / "again.h5", other, calibrated, EXACT, overwrite=False)
+    save_calibrated(tmp_path / "again.h5", other, calibrated, POINTS_ONLY, overwrite=False)
     assert np.array_equal(Scan.open(tmp_path / "again.h5").brdf, calibrated.brdf)
     assert np.array_equal(read_raw(tmp_path / "again.h5").rows["counts"], raw.rows["counts"])
 
 
 def test_stray_light_from_the_mean_signal(measured):
     raw = read_raw(measured)
-    budget = EXACT.model_copy(update={"points": PointSources(stray_light=0.01)})
+    budget = POINTS_ONLY.model_copy(update={"points": PointSources(stray_light=0.01)})
     calibrated = calibrate(raw, budget)
     # The surface is grey: the direct beam has the spectrum of every signal.
     beam = int(raw.rows["direct"][raw.point_rows()[0]])
@@ -231,16 +232,16 @@ def test_stray_light_from_the_mean_signal(measured):
 def test_calibration_works_on_what_is_there(measured):
     """Points that are not measured (yet) are left out; those that are there keep their own directions."""
     raw = read_raw(measured)
-    whole = calibrate(raw, EXACT)
+    whole = calibrate(raw, POINTS_ONLY)
     last = int(np.nonzero(raw.rows["kind"] == POINT)[0][-1])
     fewer = dataclasses.replace(raw, rows={name: values[:last] for name, values in raw.rows.items()})
-    part = calibrate(fewer, EXACT)
+    part = calibrate(fewer, POINTS_ONLY)
     assert len(part.theta_i) == len(whole.theta_i) - 1
     assert np.array_equal(part.brdf, whole.brdf[:-1])
     assert np.array_equal(fewer.directions.theta_r, raw.directions.theta_r[:-1])
     none = dataclasses.replace(raw, rows={name: values[:1] for name, values in raw.rows.items()})
     with pytest.raises(InputError, match="no point is measured"):
-        calibrate(none, EXACT)
+        calibrate(none, POINTS_ONLY)
 
 
 def test_a_scan_without_raw_counts(tmp_path):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from fake_instruments import Esp, Kdc101, Pm100, Sr830, kinesis_motor, visa_adapter
-from rig_helpers import EXACT, context, settings, with_spectrometer, write_plan, write_rig
+from rig_helpers import context, settings, with_spectrometer, write_plan, write_rig
 
 from clbrdf.errors import InputError
 from clbrdf.rig import drivers
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.errors import InstrumentError, LineError, NoReplyError, RefusedError, UnpluggedError
 from clbrdf.rig.measure import measure
@@ -255,7 +256,7 @@ def test_a_whole_scan_with_a_lock_in(tmp_path, visa):
         place = int(np.argmin(np.abs(world.wavelength - 550.0)))
         full = world._direct[place]
         visa["GPIB0::8"] = Sr830(lambda: 0.5 * float(world.rate()[place]) / full)
-        outcome = measure(write_plan(tmp_path, step=20.0), path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(write_plan(tmp_path, step=20.0), path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     scan = Scan.open(tmp_path / "scan.h5")
     assert outcome.points == 8
     assert scan.wavelength.tolist() == [550.0]
@@ -288,7 +289,7 @@ def test_a_whole_scan_with_a_power_meter_and_filters(tmp_path, visa, monkeypatch
 
         visa["USB0::0x1313"] = Pm100(power)
         plan = write_plan(tmp_path, step=30.0)
-        measure(plan, path, tmp_path / "scan.h5", budget=EXACT, ask=ask)
+        measure(plan, path, tmp_path / "scan.h5", budget=POINTS_ONLY, ask=ask)
     scan = Scan.open(tmp_path / "scan.h5")
     assert scan.wavelength.tolist() == [520.0, 580.0]
     assert min(filters.values()) >= len(scan.theta_i)

@@ -2,16 +2,18 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from rig_helpers import EXACT, emulation, write_plan, write_rig
+from rig_helpers import connected, emulation, write_plan, write_rig
 
 from clbrdf.errors import InputError
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.faults import FAULTS
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.emulator.stages import RESET
-from clbrdf.rig.errors import InstrumentError, StorageError
+from clbrdf.rig.errors import InstrumentError, StoppedError, StorageError
 from clbrdf.rig.eventlog import EventLog
 from clbrdf.rig.instruments import Instruments, make_instruments
 from clbrdf.rig.measure import measure, never
@@ -63,7 +65,7 @@ def clean(tmp_path_factory):
     """The same plan without any fault."""
     folder = tmp_path_factory.mktemp("clean")
     with emulation(folder) as (rig_path, _, _):
-        measure(write_plan(folder, **PLAN), rig_path, folder / "scan.h5", budget=EXACT)
+        measure(write_plan(folder, **PLAN), rig_path, folder / "scan.h5", budget=POINTS_ONLY)
     return Scan.open(folder / "scan.h5")
 
 
@@ -87,7 +89,7 @@ def test_fault(tmp_path, clean, instrument, fault, points, exchanges):
             write_plan(tmp_path, **PLAN),
             rig_path,
             tmp_path / "scan.h5",
-            budget=EXACT,
+            budget=POINTS_ONLY,
             show=events.append,
             report=inject,
         )
@@ -115,7 +117,7 @@ def test_many_faults_of_one_kind(tmp_path, clean):
     names = '["lost_command_byte", "stale_reply", "homing_lost", "power_cut"]'
     options = {"fault_rate": 0.01, "emulator": f"faults = {names}", "seed": 3, "attempts": 30, **QUICK}
     with emulation(tmp_path, **options) as (p, _, e):
-        measure(write_plan(tmp_path, **PLAN), p, tmp_path / "scan.h5", budget=EXACT)
+        measure(write_plan(tmp_path, **PLAN), p, tmp_path / "scan.h5", budget=POINTS_ONLY)
         assert len(e.injector.injected) >= 3
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
 
@@ -139,12 +141,31 @@ def test_a_fault_in_the_very_last_exchange(tmp_path, clean, monkeypatch, instrum
 
         monkeypatch.setattr(Instruments, "make_safe", disturbed)
         measure(
-            write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", budget=EXACT, show=events.append
+            write_plan(tmp_path, **PLAN),
+            rig_path,
+            tmp_path / "scan.h5",
+            budget=POINTS_ONLY,
+            show=events.append,
         )
         assert [i.fault for i in emulated.injector.injected] == [fault]
         assert not emulated.world.is_open
     assert told in [event.kind for event in events]
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
+
+
+def test_a_stop_that_was_asked_for_does_not_keep_the_shutter_open(tmp_path):
+    """Asked to stop, with the spectrometer unplugged in the last exchange: closed, without an exception."""
+
+    def stop():
+        raise StoppedError
+
+    with emulation(tmp_path, **QUICK) as (_, rig, emulated), connected(rig, emulated) as (instruments, log):
+        instruments.spectrometer.set_shutter(True)
+        assert emulated.world.is_open
+        emulated.injector.inject("spectrometer", "unplug")
+        replace(instruments, check=stop).make_safe()
+        assert not emulated.world.is_open
+    assert "replugged" in [event.kind for event in log.events]
 
 
 def test_a_shutter_that_does_not_close_is_told(tmp_path, monkeypatch):
@@ -156,7 +177,11 @@ def test_a_shutter_that_does_not_close_is_told(tmp_path, monkeypatch):
     with emulation(tmp_path, **QUICK) as (rig_path, _, _):
         monkeypatch.setattr(Instruments, "_close_shutter", dead)
         measure(
-            write_plan(tmp_path, **PLAN), rig_path, tmp_path / "scan.h5", budget=EXACT, show=events.append
+            write_plan(tmp_path, **PLAN),
+            rig_path,
+            tmp_path / "scan.h5",
+            budget=POINTS_ONLY,
+            show=events.append,
         )
     (event,) = [event for event in events if event.kind == "not safe"]
     assert str(event).endswith("could not close the shutter: it does not answer; see to it by hand")
@@ -226,7 +251,7 @@ def test_disk_fills_up_on_the_way(tmp_path, clean, monkeypatch):
             measure(plan, rig_path, tmp_path / "scan.h5")
         assert sum(len(read_rows(p)["kind"]) for p in segments(tmp_path / "scan.h5.run")) == 6
         monkeypatch.setattr(segment.shutil, "disk_usage", real)
-        measure(plan, rig_path, tmp_path / "scan.h5", resume=True, budget=EXACT)
+        measure(plan, rig_path, tmp_path / "scan.h5", resume=True, budget=POINTS_ONLY)
     assert np.array_equal(Scan.open(tmp_path / "scan.h5").brdf, clean.brdf)
 
 
@@ -249,7 +274,7 @@ def test_disk_refuses_a_write(tmp_path, clean):
         rows = sum(len(read_rows(p)["kind"]) for p in segments(run_folder(out)))
         assert f"the {rows} rows before are safe" in done.stderr
         assert rows > 2
-        measure(plan, rig_path, out, resume=True, budget=EXACT)
+        measure(plan, rig_path, out, resume=True, budget=POINTS_ONLY)
     assert np.array_equal(Scan.open(out).brdf, clean.brdf)
 
 

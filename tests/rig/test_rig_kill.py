@@ -9,9 +9,10 @@ import h5py
 import numpy as np
 import pytest
 from kill_worker import work
-from rig_helpers import EXACT, emulation, write_plan
+from rig_helpers import emulation, write_plan
 
 from clbrdf.errors import InputError
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.calibrate import calibrate
 from clbrdf.rig.measure import measure
 from clbrdf.rig.rawscan import read_raw
@@ -37,7 +38,7 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     with emulation(folder) as (rig_path, _, _):
         began = time.monotonic()
-        measure(write_plan(folder, **PLAN), rig_path, folder / "scan.h5", budget=EXACT)
+        measure(write_plan(folder, **PLAN), rig_path, folder / "scan.h5", budget=POINTS_ONLY)
         seconds = time.monotonic() - began
     return Scan.open(folder / "scan.h5"), read_raw(folder / "scan.h5"), seconds
 
@@ -79,10 +80,10 @@ def kill_and_resume(context, folder, whole, random, kills):
             before = len(found)
             for point, counts in found.items():
                 assert np.array_equal(counts, expected[point])
-        measure(plan, rig_path, out, resume=True, budget=EXACT)
+        measure(plan, rig_path, out, resume=True, budget=POINTS_ONLY)
     joined, joined_raw = Scan.open(out), read_raw(out)
     # A child that was let finish used the default budget: calibrate alike.
-    joined = calibrate(joined_raw, EXACT)
+    joined = calibrate(joined_raw, POINTS_ONLY)
     for name in ("theta_i", "phi_i", "theta_r", "phi_r", "wavelength", "brdf", "sigma", "flags"):
         assert np.array_equal(getattr(joined, name), getattr(scan, name), equal_nan=True), name
     assert {k: v.tobytes() for k, v in counts_by_point(joined_raw.rows).items()} == {

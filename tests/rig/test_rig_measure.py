@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rig_helpers import EXACT, emulation, write_plan
+from rig_helpers import emulation, write_plan
 
 from clbrdf.geometry import cos_deg
 from clbrdf.models import get_model
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.calibrate import calibrate, resampling
 from clbrdf.rig.kinematics import forward
 from clbrdf.rig.measure import measure
@@ -52,7 +53,7 @@ def quantisation_bound(raw, scan):
     return model_values(scan) * relative * 1.01
 
 
-def run(tmp_path, plan, budget=EXACT, **options):
+def run(tmp_path, plan, budget=POINTS_ONLY, **options):
     with emulation(tmp_path, **options) as (rig_path, _, emulated):
         out = tmp_path / "scan.h5"
         measure(plan, rig_path, out, budget=budget)
@@ -111,7 +112,7 @@ def test_noise_on_pulls_are_standard_with_many_points(tmp_path):
 @pytest.mark.soak
 def test_angle_errors_give_standard_pulls(tmp_path):
     """Stages that stop a little off: the slope of the BRDF carries it into the uncertainty."""
-    budget = EXACT.model_copy(update={"points": EXACT.points.model_copy(update={"angle": 0.05})})
+    budget = POINTS_ONLY.model_copy(update={"points": POINTS_ONLY.points.model_copy(update={"angle": 0.05})})
     broad = "parameters = {c = -30, d = 1.0}"
     plan = write_plan(tmp_path, step=1.0, more="repeats = 2")
     plan.write_text(plan.read_text().replace("[30, 45]", "{start = 28, stop = 32, step = 1}"))
@@ -125,7 +126,7 @@ def test_lamp_drift_is_carried_by_the_reference_power(tmp_path):
     plan = write_plan(tmp_path, reference_every=1000)
     with emulation(tmp_path, effects="lamp_drift = 0.1") as (rig_path, _, _):
         rig_path.write_text(rig_path.read_text().replace("band = 0.05", "band = 0.9"))
-        measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     scan, raw = Scan.open(tmp_path / "scan.h5"), read_raw(tmp_path / "scan.h5")
     power = raw.rows["reference_power"][raw.rows["kind"] == POINT]
     assert power.max() / power.min() > 1.002, "the lamp did drift"
@@ -141,7 +142,7 @@ def test_nonlinearity_is_divided_out(tmp_path):
     assert raw.nonlinearity == pytest.approx(polynomial, rel=1e-6)
     error = np.abs(scan.brdf / model_values(scan) - 1.0)
     assert (error <= 1.2 * quantisation_bound(raw, scan) / scan.brdf).all()
-    linear = calibrate(dataclasses.replace(raw, nonlinearity=np.empty(0)), EXACT)
+    linear = calibrate(dataclasses.replace(raw, nonlinearity=np.empty(0)), POINTS_ONLY)
     assert np.abs(linear.brdf / model_values(scan) - 1.0).max() > 0.005, "without it the values are off"
 
 
@@ -230,6 +231,6 @@ def test_saturated_at_the_shortest_time_is_flagged(tmp_path):
         rig_path.write_text(rig_path.read_text().replace("direct_rate = 1.0e8", "direct_rate = 1.0e5"))
     with emulation(tmp_path) as (rig_path, _, emulated):
         emulated.world._direct *= 1.4e-3
-        measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
         # The direct beam fits, a peak of 350 1/sr times 1e-3 sr does not pass it: nothing saturates.
         assert Scan.open(tmp_path / "scan.h5").flag_counts() == {}

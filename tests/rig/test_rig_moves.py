@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rig_helpers import EXACT, connected, emulation, write_plan, write_rig
+from rig_helpers import connected, emulation, write_plan, write_rig
 
 from clbrdf.cli import main
 from clbrdf.cli.live_view import picture, spark
 from clbrdf.errors import InputError
 from clbrdf.rig.acquire import Acquisition
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.measure import measure
@@ -268,8 +269,8 @@ def test_a_planner_of_ones_own(tmp_path, monkeypatch):
         with emulation(folder) as (rig_path, _, _):
             if report is not None:
                 with pytest.raises(EnoughError):
-                    measure(plan, rig_path, folder / "scan.h5", budget=EXACT, report=report)
-            assert measure(plan, rig_path, folder / "scan.h5", budget=EXACT, resume=True).points == 6
+                    measure(plan, rig_path, folder / "scan.h5", budget=POINTS_ONLY, report=report)
+            assert measure(plan, rig_path, folder / "scan.h5", budget=POINTS_ONLY, resume=True).points == 6
         raw = read_raw(folder / "scan.h5")
         nominal[name] = raw.rows["nominal"][raw.rows["kind"] == POINT]
     assert np.array_equal(nominal["whole"], nominal["broken"])
@@ -296,7 +297,7 @@ def test_live_shows_the_values_of_the_scan(tmp_path):
     """What is shown for each point is what the scan holds in the end."""
     shown = []
     with emulation(tmp_path, effects="shot_noise = true\nread_noise = 3.0") as (rig_path, _, _):
-        measure(write_plan(tmp_path), rig_path, tmp_path / "scan.h5", budget=EXACT, live=shown.append)
+        measure(write_plan(tmp_path), rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY, live=shown.append)
     scan = Scan.open(tmp_path / "scan.h5")
     assert [s.done for s in shown] == list(range(1, 15))
     assert np.array_equal([s.brdf for s in shown], scan.brdf)

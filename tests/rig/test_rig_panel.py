@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from rig_helpers import EXACT, write_plan, write_rig
+from rig_helpers import write_plan, write_rig
 from test_rig_measure import model_values
 
 from clbrdf.errors import InputError
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.measure import measure
@@ -44,7 +45,7 @@ def test_a_scan_against_a_panel(tmp_path):
             world._seen = None
             return ""
 
-        measure(write_plan(tmp_path), path, tmp_path / "scan.h5", budget=EXACT, ask=ask)
+        measure(write_plan(tmp_path), path, tmp_path / "scan.h5", budget=POINTS_ONLY, ask=ask)
     scan, raw = Scan.open(tmp_path / "scan.h5"), read_raw(tmp_path / "scan.h5")
     assert [question[:11] for question in asked] == ["put the ref", "put the sam"] * 2
     assert np.count_nonzero(raw.rows["kind"] == PANEL) == 2

@@ -5,11 +5,12 @@ import time
 
 import numpy as np
 import pytest
-from rig_helpers import EXACT, emulation, write_plan, write_rig
+from rig_helpers import emulation, write_plan, write_rig
 
 from clbrdf.cli import main
 from clbrdf.errors import InputError
 from clbrdf.rig import segmentcheck
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.errors import InstrumentError
 from clbrdf.rig.measure import measure
@@ -40,7 +41,7 @@ def stop_after(points):
 def measured(folder, plan=None, **options):
     with emulation(folder, **options) as (rig_path, _, _):
         out = folder / "scan.h5"
-        outcome = measure(plan or write_plan(folder, **PLAN), rig_path, out, budget=EXACT)
+        outcome = measure(plan or write_plan(folder, **PLAN), rig_path, out, budget=POINTS_ONLY)
         return Scan.open(out), read_raw(out), outcome
 
 
@@ -228,7 +229,7 @@ def test_the_dark_ages_by_temperature(tmp_path):
 
         plan = write_plan(tmp_path, dark_every=1000, time=0.05)
         try:
-            measure(plan, rig_path, tmp_path / "scan.h5", report=warm, budget=EXACT)
+            measure(plan, rig_path, tmp_path / "scan.h5", report=warm, budget=POINTS_ONLY)
         finally:
             spectrometer.TEMPERATURE = 31.5
     rows = read_raw(tmp_path / "scan.h5").rows

@@ -6,10 +6,11 @@ import importlib
 import numpy as np
 import pytest
 from fake_instruments import seabreeze_sts
-from rig_helpers import EXACT, context, emulation, settings, with_spectrometer, write_plan
+from rig_helpers import context, emulation, settings, with_spectrometer, write_plan
 
 from clbrdf.cli import main
 from clbrdf.rig import drivers
+from clbrdf.rig.budget import POINTS_ONLY
 from clbrdf.rig.emulator.rig import EmulatedRig
 from clbrdf.rig.emulator.spectrometer import EmulatedSpectrometer
 from clbrdf.rig.errors import InstrumentError, UnpluggedError
@@ -50,7 +51,7 @@ def test_a_whole_scan_with_seabreeze(tmp_path, usb):
             return ""
 
         plan = write_plan(tmp_path, step=10.0, dark_every=1000)
-        measure(plan, path, tmp_path / "scan.h5", budget=EXACT, ask=ask)
+        measure(plan, path, tmp_path / "scan.h5", budget=POINTS_ONLY, ask=ask)
     scan, raw = Scan.open(tmp_path / "scan.h5"), read_raw(tmp_path / "scan.h5")
     from test_rig_measure import model_values, quantisation_bound
 
@@ -141,7 +142,7 @@ def test_hdr_rungs_join(tmp_path):
         with emulation(folder, effects=noise, seed=4, emulator="lamp_temperature = 2000") as (rig_path, _, _):
             plan = write_plan(folder, step=20.0, more=more)
             plan.write_text(plan.read_text().replace("start = 500, stop = 600", "start = 400, stop = 760"))
-            measure(plan, rig_path, folder / "scan.h5", budget=EXACT)
+            measure(plan, rig_path, folder / "scan.h5", budget=POINTS_ONLY)
         scan, raw = Scan.open(folder / "scan.h5"), read_raw(folder / "scan.h5")
         from test_rig_measure import model_values
 
@@ -168,5 +169,5 @@ def test_rungs_that_disagree_are_flagged(tmp_path):
 
         emulated.world.counts = tired
         plan = write_plan(tmp_path, step=30.0, more="hdr = 1")
-        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=EXACT)
+        outcome = measure(plan, rig_path, tmp_path / "scan.h5", budget=POINTS_ONLY)
     assert outcome.flagged.get("rungs_disagree", 0) > 0
