@@ -8,8 +8,11 @@ exchanges of the points that were measured, as there.
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -27,7 +30,6 @@ from clbrdf.bench.planner import (
     sample_rig_text,
 )
 from clbrdf.fit import fit
-from clbrdf.parallel.ending import scratch_folder
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.rig.budget import POINTS_ONLY
@@ -70,11 +72,11 @@ class EmulatedPlan:
     seed: int
 
 
-def measure_on_rig(job: EmulatedPlan) -> PlanRun:
+def measure_on_rig(job: EmulatedPlan, scratch: Path) -> PlanRun:
     """Measure a plan on an emulated rig, calibrate it, and fit what it gives.
 
     A uniform plan takes as many points as that target took in simulated light with the same seed, where it
-    had been searched; `reached` tells what they came to here.
+    had been searched; `reached` tells what they came to here. Files lie below `scratch` meanwhile.
     """
     surface = job.surface
     lost = PlanRun(surface.name, job.way, job.seed, job.target, 0, np.nan, np.nan, np.nan)
@@ -86,7 +88,8 @@ def measure_on_rig(job: EmulatedPlan) -> PlanRun:
             return lost
     plan = bench_plan(surface, job.target).adaptive
     assert plan is not None
-    with scratch_folder() as folder:
+    with tempfile.TemporaryDirectory(dir=scratch) as name:
+        folder = Path(name)
         (folder / "rig.toml").write_text(rig_text(surface, job.seed), encoding="utf-8")
         (folder / "plan.toml").write_text(plan_text(job, count), encoding="utf-8")
         rig = load_rig(folder / "rig.toml")
@@ -186,7 +189,9 @@ def emulated_plans(seeds: int) -> Iterator[EmulatedPlan]:
                         yield EmulatedPlan(surface, way, target, seed)
 
 
-def measure_plans_on_rigs(seeds: int, executor: Executor, report: Report = silent) -> list[PlanRun]:
-    """Measure every plan, each on a rig of its own."""
+def measure_plans_on_rigs(
+    seeds: int, scratch: Path, executor: Executor, report: Report = silent
+) -> list[PlanRun]:
+    """Measure every plan, each on a rig of its own, in a folder that outlives the executor's processes."""
     jobs = list(emulated_plans(seeds))
-    return run_jobs(executor, measure_on_rig, jobs, len(jobs), report)
+    return run_jobs(executor, partial(measure_on_rig, scratch=scratch), jobs, len(jobs), report)

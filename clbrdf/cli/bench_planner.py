@@ -11,6 +11,7 @@ from clbrdf.bench.emulated_plans import measure_plans_on_rigs
 from clbrdf.bench.planner import SURFACES, TARGETS, PlanRun, measure_plans, sample_rig
 from clbrdf.cli.console import print_table, progress_bar
 from clbrdf.errors import InputError
+from clbrdf.parallel.ending import scratch_folder
 from clbrdf.parallel.executor import usable_cores
 from clbrdf.parallel.processes import Processes
 
@@ -37,8 +38,9 @@ def bench_planner(seeds: int | None = None, emulated: bool = False) -> dict[str,
         raise InputError(f"--seeds {count}: give 1 or more")
     with progress_bar("plans") as report:
         if emulated:
-            with Processes(PLANS_A_CORE * usable_cores()) as pool:
-                runs = measure_plans_on_rigs(count, pool, report)
+            # The folder goes after the processes, which a signal may end amid their files.
+            with scratch_folder() as folder, Processes(PLANS_A_CORE * usable_cores()) as pool:
+                runs = measure_plans_on_rigs(count, folder, pool, report)
         else:
             runs = measure_plans(sample_rig(), count, report)
     rows = [

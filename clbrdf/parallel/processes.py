@@ -6,10 +6,12 @@ makes its own OpenCL context.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process, resource_tracker
+from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import TypeVar
@@ -20,6 +22,9 @@ from clbrdf.parallel.threads import ONE_THREAD, environment
 
 J = TypeVar("J")
 R = TypeVar("R")
+
+DYING = 2.0
+"""How long processes that were killed may take to be gone, s."""
 
 
 @contextmanager
@@ -71,8 +76,14 @@ class Processes:
             self._ending.__exit__(None, None, None)
 
     def _kill(self) -> None:
-        for child in set(active_children()) - self._others:
+        children = set(active_children()) - self._others
+        for child in children:
             child.kill()
+        # What is undone next may be a folder that they write in. Nobody but the pool itself may join them.
+        alive, end = [child.sentinel for child in children], time.monotonic() + DYING
+        while alive and (left := end - time.monotonic()) > 0.0:
+            gone = wait(alive, left)
+            alive = [sentinel for sentinel in alive if sentinel not in gone]
 
 
 def start_tracker() -> None:

@@ -43,10 +43,10 @@ def test_every_plan_comes_once():
 
 
 @pytest.mark.soak
-def test_the_rig_gives_what_simulated_light_gives():
+def test_the_rig_gives_what_simulated_light_gives(tmp_path):
     """To the coarse target the start of 16 points is enough."""
     surface = SURFACES[0]
-    run = measure_on_rig(EmulatedPlan(surface, "adaptive", TARGETS[0], 5))
+    run = measure_on_rig(EmulatedPlan(surface, "adaptive", TARGETS[0], 5), tmp_path)
     assert run.points == 16
     assert run.reached < TARGETS[0]
     assert abs(run.z) < 5.0
