@@ -51,7 +51,7 @@ class Processes:
     def __enter__(self) -> Processes:
         self._others = set(active_children())
         start_tracker()
-        self._ending = undone_at_end(self._kill)
+        self._ending = undone_at_end(self._kill_and_wait)
         self._ending.__enter__()
         self._pool = ProcessPoolExecutor(
             self.count, mp_context=get_context("spawn"), initializer=_follow_parent
@@ -75,12 +75,18 @@ class Processes:
         finally:
             self._ending.__exit__(None, None, None)
 
-    def _kill(self) -> None:
-        children = set(active_children()) - self._others
+    def _kill(self) -> list[BaseProcess]:
+        children = list(set(active_children()) - self._others)
         for child in children:
             child.kill()
-        # What is undone next may be a folder that they write in. Nobody but the pool itself may join them.
-        alive, end = [child.sentinel for child in children], time.monotonic() + DYING
+        return children
+
+    def _kill_and_wait(self) -> None:
+        """Kill all, and wait: what a signal has undone next may be a folder that they write in.
+
+        Only the pool itself may join them.
+        """
+        alive, end = [child.sentinel for child in self._kill()], time.monotonic() + DYING
         while alive and (left := end - time.monotonic()) > 0.0:
             gone = wait(alive, left)
             alive = [sentinel for sentinel in alive if sentinel not in gone]
