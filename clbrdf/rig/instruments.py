@@ -115,9 +115,21 @@ class Instruments:
                 return
 
     def make_safe(self) -> None:
-        """Stop the stages and close the shutter; never raises, and says in the log what did not listen."""
-        self._insist("stages", self.stages, "stop the stages", self._stop)
+        """Stop the stages and close the shutter, and say in the log what did not listen.
+
+        Raises nothing of its own. A KeyboardInterrupt meanwhile comes out when all is safe.
+        """
+        try:
+            self._make_safe()
+        except KeyboardInterrupt:
+            self._make_safe()
+            raise
+
+    def _make_safe(self) -> None:
+        self._insist("stages", self.stages, "stop the stages", self.stages.stop)
         self._insist("spectrometer", self.spectrometer, "close the shutter", self._close_shutter)
+        # Asked last, for it takes longest: a command to stop has no reply.
+        self._insist("stages", self.stages, "stop the stages", self._stop)
 
     def _stop(self) -> None:
         self.stages.stop()

@@ -168,6 +168,24 @@ def test_a_stop_that_was_asked_for_does_not_keep_the_shutter_open(tmp_path):
     assert "replugged" in [event.kind for event in log.events]
 
 
+def test_an_interrupt_while_the_shutter_is_closed_waits_for_it(tmp_path, monkeypatch):
+    """As where Ctrl-C is pressed twice: the second one comes amid the last commands."""
+    close, calls = Instruments._close_shutter, []
+
+    def interrupted(self):
+        calls.append(None)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        close(self)
+
+    with emulation(tmp_path, **QUICK) as (_, rig, emulated), connected(rig, emulated) as (instruments, _):
+        instruments.spectrometer.set_shutter(True)
+        monkeypatch.setattr(Instruments, "_close_shutter", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            instruments.make_safe()
+        assert not emulated.world.is_open
+
+
 def test_a_shutter_that_does_not_close_is_told(tmp_path, monkeypatch):
     events = []
 
