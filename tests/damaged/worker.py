@@ -23,6 +23,7 @@ from types import FrameType
 import numpy as np
 
 from clbrdf import InputError
+from clbrdf.bench.memory import peak_memory
 from clbrdf.errors import LONGEST
 from clbrdf.rig import segmentcheck
 from clbrdf.rig.segment import read_header, read_rows
@@ -153,7 +154,7 @@ def main(words: list[str]) -> int:
         slowest = max(slowest, time.process_time() - began)
         counts[f"{name} {how} {verdict}"] += 1
         path.unlink()
-    peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    peak = max(peak_memory() >> 10, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
     content = {"counts": counts, "failures": failures, "peak": peak, "slowest": slowest}
     (folder / f"done-{start}").write_text(json.dumps(content))
     return 0

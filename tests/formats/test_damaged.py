@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from collections import Counter
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 
 import clbrdf
 from clbrdf import InputError, Scan
+from clbrdf.bench.memory import peak_memory
 from clbrdf.formats.load import load
 from tests.formats import made_files as made
 from tests.formats.mutate import mutated
@@ -82,13 +82,13 @@ def test_20000_damaged_files_in_2_gigabytes(tmp_path):
         for path in sorted(SAMPLES.glob("*/*")):
             if path.suffix and path.stat().st_size < 200_000:
                 contents[path.name] = path.read_bytes()
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = peak_memory()
     found = run(tmp_path, contents, 20_000, 2)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    peak = peak_memory()
     for name, counts in found.items():
         print(f"{name:45s} {dict(counts)}")
-    print(f"peak {peak / 1024:.0f} MiB, {(peak - before) / 1024:.0f} MiB of it by reading")
-    assert peak < 2 * 1024 * 1024
+    print(f"peak {peak >> 20} MiB, {(peak - before) >> 20} MiB of it by reading")
+    assert peak < 2 << 30
 
 
 def opened_or_refused(path: Path) -> None:
