@@ -85,6 +85,7 @@ def test_means_over_nodes(cpu, gpu):
     [
         ("wang2013", "dictionary"),
         ("ggx+lambert", "lookup"),
+        ("hapke", "lookup"),
         ("wang2013", "anneal-separable"),
         ("wang2013", "tempering"),
     ],

@@ -2,8 +2,8 @@
 
 Up to two nonlinear parameters are covered by a grid, more by a low-discrepancy set (Sobol' 1967); of parts
 that are equal the first has the smaller shape, since a swap changes nothing. The lowest that lie apart from
-each other go to the polish. No random numbers are drawn. The sums are those of `kernels/lookup.cl`, formed
-in single precision from residuals.
+each other go to the polish. No random numbers are drawn. The sums are those of `kernels/lookup.cl` or, where
+no linear parameter is free, of `kernels/lookup_together.cl`, formed in single precision from residuals.
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ MOST_DOUBLINGS = 2
 FIRST = 4
 """Starts that go to the end first, for few nonlinear parameters: where they come to one optimum, the others
 are not asked."""
+
+TOGETHER = 8
+"""Wavelengths for which a value is formed once, as in kernels/lookup_together.cl."""
 
 ROUGH_ITERATIONS = 32
 """Of the way in single precision: sums of models have long valleys, and a start that is given up after the
@@ -166,13 +169,14 @@ def look_up(problem: Problem, shapes: Array) -> tuple[Array, Array]:
 
     device, precision = problem.device, get_precision("fast:6")
     solved = free_linear(problem)
+    if not solved and (problem.lower == problem.lower[0]).all():
+        return _look_up_together(problem, shapes), np.empty((*problem.size[:1], len(shapes), 0))
     library = ("coordinates", "objective", *search_library(bool(solved)))
     variant = Variant.on(device, "lookup", problem.model, precision, library, free=problem.free)
     kernel, queue = cl.Kernel(build(device, variant), "lookup"), open_queue(device)
-    (w, n), (k, p), width = problem.size, shapes.shape, variant.lanes.width
-    groups = -(-k // width)
-    lanes = shapes[np.arange(groups * width) % k].reshape(groups, width, p).transpose(0, 2, 1)
-    dtype = precision.dtype
+    (w, n), k, width = problem.size, len(shapes), variant.lanes.width
+    dtype, lanes = precision.dtype, _in_lanes(shapes, width)
+    groups = len(lanes)
     energy = np.empty((w, groups, width), dtype)
     linear = np.empty((w, groups, max(1, len(solved)), width), dtype)
     out = [cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, host.nbytes) for host in (energy, linear)]
@@ -187,6 +191,35 @@ def look_up(problem: Problem, shapes: Array) -> tuple[Array, Array]:
         cl.enqueue_copy(queue, host, buffer)
     solutions = linear.transpose(0, 1, 3, 2).reshape(w, groups * width, -1)[:, :k, : len(solved)]
     return energy.reshape(w, -1)[:, :k].astype(np.float64), solutions.astype(np.float64)
+
+
+def _look_up_together(problem: Problem, shapes: Array) -> Array:
+    """Return log2 E (W, K) at shapes (K, P) at which the model's values are those of all wavelengths."""
+    import pyopencl as cl
+
+    device, precision = problem.device, get_precision("fast:6")
+    library = ("coordinates", "objective")
+    variant = Variant.on(device, "lookup_together", problem.model, precision, library, free=problem.free)
+    kernel, queue = cl.Kernel(build(device, variant), "lookup_together"), open_queue(device)
+    dtype, lanes, (w, n) = precision.dtype, _in_lanes(shapes, variant.lanes.width), problem.size
+    energy = np.empty((w, len(lanes), variant.lanes.width), dtype)
+    out = cl.Buffer(queue.context, cl.mem_flags.WRITE_ONLY, energy.nbytes)
+    kernel(
+        *(queue, (len(lanes), -(-w // TOGETHER)), work_group(device, 2)),
+        *(upload(device, problem.features, dtype), upload(device, problem.starts)),
+        *(np.uint32(len(problem.starts) - 1), np.uint32(n), np.uint32(w)),
+        *(upload(device, a, dtype) for a in (problem.target, problem.scale, problem.lower[0], lanes)),
+        out,
+    )
+    cl.enqueue_copy(queue, energy, out)
+    return energy.reshape(w, -1)[:, : len(shapes)].astype(np.float64)
+
+
+def _in_lanes(shapes: Array, width: int) -> Array:
+    """Return shapes (K, P) as lanes of vectors, (K / width, P, width); lanes to spare begin again."""
+    groups = -(-len(shapes) // width)
+    places = np.arange(groups * width) % len(shapes)
+    return shapes[places].reshape(groups, width, -1).transpose(0, 2, 1)
 
 
 def _unit(problem: Problem, coordinates: Array) -> Array:

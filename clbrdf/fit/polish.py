@@ -1,10 +1,10 @@
 """From good starts to a stationary point: bounded Levenberg–Marquardt, batched in a kernel.
 
 Most of the way goes in single precision, where a vector holds twice the lanes, and on some of the directions;
-ends that are then clearly higher than the lowest stay where they are, and the others go on in double
-precision and on all. They do so in rounds:
-after each, an end that has come as low as the lowest has told what it can, and the lowest alone goes on to
-the last digit, together with those that may still fall below it.
+ends that are then clearly higher than the lowest stay where they are. The others go on on all directions: a
+crowd of them in single precision, and what is left of it, or few, in double. That goes in rounds: after each,
+an end that has come as low as the lowest has told what it can, and the lowest alone goes on to the last
+digit, together with those that may still fall below it.
 """
 
 from __future__ import annotations
@@ -62,6 +62,14 @@ CLEARLY_HIGHER = 1.1
 
 NEAR, ALIKE = 1e-2, 1e-3
 """Ends of the first way within these shares of each coordinate's range, and of E, have come together."""
+
+CROWD = 8
+"""Ends of a wavelength beyond which they go on in single precision before they do so in double. An iteration
+takes a third of the time there, and most of a crowd come to the same end."""
+
+CROWD_ITERATIONS = 64
+CROWD_TOLERANCE = 1e-6
+"""As far as E of single precision can tell."""
 
 FEW_ENDS = 2
 """Up to so many ends of a wavelength go on beside those of others, more beside each other."""
@@ -130,8 +138,11 @@ def polish(
         return left_as_they_are(problem, q, rough.evaluations + 1)
     ends = Polished(q, np.where(given_up, np.inf, energy), rough.evaluations, np.zeros_like(given_up))
     twin_of = _twins(problem, q, energy, ~given_up)
+    all_at_once = not 0 < first < starts.shape[1]
+    if all_at_once:
+        ends, twin_of, given_up = _crowds_on(problem, ends, twin_of, given_up)
     alone = ~given_up & (twin_of == np.arange(starts.shape[1]))
-    if not 0 < first < starts.shape[1]:
+    if all_at_once:
         return _with_twins(_to_the_end(problem, ends, alone, np.zeros_like(given_up)), twin_of)
     rank = np.argsort(np.argsort(energy, axis=1, kind="stable"), axis=1, kind="stable")
     early = ~given_up & (rank < first)
@@ -159,6 +170,31 @@ def _rough(problem: Problem, starts: Array, iterations: int, everywhere: bool) -
         for field in fields(Polished):
             getattr(ends, field.name)[rows] = getattr(all_of_them, field.name)
     return ends, np.where(enough, WORTH, CLEARLY_HIGHER)
+
+
+def _crowds_on(
+    problem: Problem, ends: Polished, twin_of: npt.NDArray[np.intp], given_up: npt.NDArray[np.bool_]
+) -> tuple[Polished, npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+    """Take ends on in single precision, on all directions, at wavelengths that have a crowd of them.
+
+    Most have then come together. Returned are ends, twins and which are given up, as they were given.
+    """
+    alone = ~given_up & (twin_of == np.arange(twin_of.shape[1]))
+    crowded = alone & (alone.sum(axis=1) > CROWD)[:, None]
+    if not crowded.any():
+        return ends, twin_of, given_up
+    at = Polished(*(getattr(ends, field.name).copy() for field in fields(Polished)))
+    _ends_side_by_side(problem, at, crowded, get_precision("fast:6"), CROWD_ITERATIONS, CROWD_TOLERANCE)
+    failed = crowded & ~np.isfinite(at.objective)
+    energy = np.where(crowded & ~failed, at.objective, np.inf)
+    higher = np.isfinite(energy) & (energy > CLEARLY_HIGHER * energy.min(axis=1, keepdims=True))
+    energy[higher] = np.inf
+    q = np.where(failed[..., None], ends.coordinates, at.coordinates)
+    twin = _twins(problem, q, energy, np.isfinite(energy))
+    ends = replace(
+        ends, coordinates=q, objective=np.where(crowded, energy, ends.objective), evaluations=at.evaluations
+    )
+    return ends, np.take_along_axis(twin, twin_of, axis=1), given_up | higher
 
 
 def _twins(problem: Problem, q: Array, energy: Array, asked: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
@@ -205,7 +241,8 @@ def _to_the_end(
         # Which wavelengths go which way is a matter of each alone, so that its neighbours do not change it.
         count = moving.sum(axis=1)
         _ends_across(problem, ends, moving & (count <= FEW_ENDS)[:, None], iterations)
-        _ends_side_by_side(problem, ends, moving & (count > FEW_ENDS)[:, None], iterations)
+        beside = moving & (count > FEW_ENDS)[:, None]
+        _ends_side_by_side(problem, ends, beside, get_precision("double"), iterations, TOLERANCE)
         objective = ends.objective
         judged = np.where(asked & np.isfinite(objective), objective, np.inf)
         resting = _as_low(objective, asked) | (judged > CLEARLY_HIGHER * judged.min(axis=1, keepdims=True))
@@ -227,7 +264,12 @@ def _ends_across(problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_]
 
 
 def _ends_side_by_side(
-    problem: Problem, ends: Polished, moving: npt.NDArray[np.bool_], iterations: int
+    problem: Problem,
+    ends: Polished,
+    moving: npt.NDArray[np.bool_],
+    precision: Precision,
+    iterations: int,
+    tolerance: float,
 ) -> None:
     """Take the moving ends of each wavelength on side by side; write into `ends`."""
     rows = np.flatnonzero(moving.any(axis=1))
@@ -239,7 +281,7 @@ def _ends_side_by_side(
     still = ~np.take_along_axis(moving[rows], place, axis=1)
     q = np.take_along_axis(ends.coordinates[rows], place[..., None], axis=1)
     part = problem if len(rows) == problem.size[0] else problem.take(rows)
-    at = descend(part, q, get_precision("double"), iterations, TOLERANCE, still)
+    at = descend(part, q, precision, iterations, tolerance, still)
     w, k = np.broadcast_to(rows[:, None], place.shape)[~still], place[~still]
     ends.coordinates[w, k], ends.objective[w, k] = at.coordinates[~still], at.objective[~still]
     ends.evaluations[w, k] += at.evaluations[~still]
