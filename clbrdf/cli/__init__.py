@@ -10,6 +10,7 @@ from io import TextIOWrapper
 from cyclopts import App, CycloptsError, MissingArgumentError
 
 from clbrdf import __version__
+from clbrdf.cli.help import FlowingHelp
 from clbrdf.errors import LONGEST, ON_COMMAND_LINE, ClbrdfError, shortened
 
 COMMANDS = {
@@ -58,6 +59,7 @@ def make_app(chosen: str = "") -> App:
         help="From a measured scan to an absolute spectral BRDF, its model at every wavelength, and lobes.",
         version=__version__,
         help_format="plaintext",
+        help_formatter=FlowingHelp(),
         suppress_keyboard_interrupt=False,
     )
     for name, summary in COMMANDS.items():

@@ -91,12 +91,10 @@ def command(
         scaling: time and memory of fits over directions and wavelengths, some minutes;
         references: the reference optima of that set, searched again;
         choice: how often 'clbrdf choose' and other rules find the model that made the data; --seeds;
-        planner: points and seconds of adaptive and of uniform plans until a lobe's width is known, in
-        simulated light or on emulated rigs; --seeds, --emulated;
-        through: bias and time of fits through an aperture, beside fits of points, a minute or two
+        planner: points and seconds until a lobe's width is known, adaptive and uniform; --seeds, --emulated;
+        through: bias and time of fits through an aperture, beside fits of points, a minute or two;
         batch: 'clbrdf batch' over 1, 2, … workers, and what a task costs; --scans, --wavelengths;
         coverage: how often 1σ of each parameter holds the truth, on made scans with common errors; --seeds
-        says how many
     """
     for output in (json, png):
         if output is not None:

@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 
 import h5py
 import numpy as np
@@ -15,6 +16,8 @@ import pytest
 
 import clbrdf
 from clbrdf import Fit, Scan
+from clbrdf.cli import COMMANDS
+from clbrdf.cli.help import joined
 from tests.cli.conftest import assert_one_line
 
 FAST = ("--method", "anneal", "--chains", 16, "--levels", 8)
@@ -308,6 +311,21 @@ def test_help_and_version(run):
         status, out, _ = run(command, "--help")
         assert status == 0
         assert "Usage: clbrdf" in out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_fills_its_lines(run, name):
+    """A line inside a paragraph ends only where the next word would not have stood on it."""
+    _, out, _ = run(name, "--help")
+    inside = [line.strip("│ ") for line in out.split("╭")[0].splitlines()[1:]]
+    for line, following in pairwise(inside):
+        if line and following and not line.endswith((";", ":")):
+            assert len(line) + 1 + len(following.split()[0]) > 100, line
+
+
+def test_paragraphs_and_lists_are_kept():
+    assert joined("one\ntwo\n\nthree") == "one two\n\nthree"
+    assert joined("a: first;\nb: second\nand more") == "a: first;\nb: second and more"
 
 
 def test_unknown_command(run):
