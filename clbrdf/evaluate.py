@@ -54,8 +54,8 @@ def evaluate(
     model : str, Model or Page
         A name, such as "ggx+minnaert" (`clbrdf.models.get_model`).
     precision : str
-        Arithmetic of the work: "fast" (or "fast:3" to "fast:5", the degree of its exp2), "single",
-        "double", each with the bound stated in clbrdf.precision; or "reference", the published equations
+        Arithmetic of the work: "fast" (or "fast:3" to "fast:6", the degree of its exp2), "single",
+        "double", each with the bound stated in clbrdf.opencl.precision; or "reference", the published equations
         in 60 digits, rounded to float64, slow and without a device (needs mpmath). By default "double".
     rtol : float, optional
         In place of a precision: the cheapest that keeps this relative tolerance, as `choose_precision`

@@ -14,7 +14,7 @@ A new part is one new file here. It says
 `EXTRA`
     the extra of this package that it needs, where it needs one;
 `find`
-    what is connected to this computer: a list of :class:`~clbrdf.rig.connection.Found`.
+    what is connected to this computer: a list of :class:`~clbrdf.rig.connection.FoundInstrument`.
 
 Modules load quickly: what an extra brings is imported where it is used.
 """
