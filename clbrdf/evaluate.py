@@ -11,7 +11,7 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions, check_reflection
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.opencl.cheapest import choose_precision
-from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.device import Device, usable_device
 from clbrdf.opencl.precision import get_precision
 from clbrdf.opencl.values import evaluate_directions
 
@@ -55,13 +55,14 @@ def evaluate(
         A name, such as "ggx+minnaert" (`clbrdf.models.get_model`).
     precision : str
         Arithmetic of the work: "fast" (or "fast:3" to "fast:6", the degree of its exp2), "single",
-        "double", each with the bound stated in clbrdf.opencl.precision; or "reference", the published equations
-        in 60 digits, rounded to float64, slow and without a device (needs mpmath). By default "double".
+        "double", each with the bound that clbrdf.opencl.precision states; or "reference", the published
+        equations in 60 digits, rounded to float64, slow and without a device (needs mpmath). By default
+        "double".
     rtol : float, optional
         In place of a precision: the cheapest that keeps this relative tolerance, as `choose_precision`
         tells. For a million values or more the costs are measured where they are not known yet.
     device : Device, optional
-        From `choose_device`; the preferred one if not given.
+        From `usable_device`; the preferred one if not given.
 
     Returns
     -------
@@ -87,7 +88,7 @@ def evaluate(
     if precision == REFERENCE:
         values = evaluate_reference(chosen, rows, directions)
     else:
-        where = device or choose_device()
+        where = usable_device(device)
         if rtol is None:
             arithmetic = get_precision(precision or "double")
         else:

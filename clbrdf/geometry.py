@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.records import Record, span_words
 
 Array = npt.NDArray[np.float64]
@@ -202,7 +202,8 @@ def check_reflection(directions: Directions) -> None:
     if count:
         raise InputError(
             f"{count} of {len(directions)} directions are of transmission (theta_r > 90°);"
-            " this model is one of reflection: leave them out, as Scan.reflection() does"
+            " this model is one of reflection: "
+            + advice("leave them out, as Scan.reflection() does", "give zeniths below 90°")
         )
 
 

@@ -29,7 +29,12 @@ def spaced(start: float, stop: float, step: float) -> list[float]:
         steps = (ends[1] - ends[0]) / ends[2]
     except (OverflowError, ZeroDivisionError):
         steps = np.nan
-    if not (np.isfinite(steps) and np.isfinite(ends).all() and steps >= 0.0):
+    if np.isfinite(steps) and steps < 0.0:
+        raise ValueError(
+            f"a range from {_plain(start)} to {_plain(stop)} is empty in steps of {_plain(step)};"
+            f" take steps of {_plain(-step)}"
+        )
+    if not (np.isfinite(steps) and np.isfinite(ends).all()):
         said = f"a range from {_plain(start)} to {_plain(stop)} in steps of {_plain(step)} has no end"
         raise ValueError(f"{said}; start, stop and step are finite, and step leads from start to stop")
     if steps >= MOST_POINTS:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.geometry import Directions
 from clbrdf.models import Model
-from clbrdf.opencl.device import Device, choose_device, open_queue
+from clbrdf.opencl.device import Device, open_queue, usable_device
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.program import Variant, build, upload
 from clbrdf.opencl.values import Launcher, features_in_parts
@@ -53,7 +53,7 @@ def mesh_evaluator(
     phi_i : float
         Incident azimuth, degrees, for models that tell azimuths apart; the mesh shows φ = φr − φi.
     """
-    where = device or choose_device()
+    where = usable_device(device)
     chosen = precision or get_precision("double" if where.has_double else "fast:5")
     if "geometry_of_direction" in model.kernel():
         return DeviceMesh(model, mesh, where, chosen)

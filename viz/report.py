@@ -75,6 +75,8 @@ def write_report(
         A file exists and `overwrite` is False, or the folder cannot be made.
     """
     target = Path(folder)
+    if target.exists() and not target.is_dir():
+        raise InputError(f"{target}: is a file; name a folder, or a page that ends in .html, with -o")
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -15,6 +15,7 @@ from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.models import NEEDS_PHI
 from clbrdf.scan import Scan
+from clbrdf.scan.select import has_near
 from clbrdf.storage import hdf5
 from clbrdf.viz.mesh import WIDEST
 
@@ -145,8 +146,7 @@ class Subject:
                 raise InputError(f"{self.name} has no wavelengths; choose a band by its number: {bands}")
             return
         waves = self.wavelength
-        gap = float(np.diff(waves).max()) if len(waves) > 1 else 0.0
-        if np.abs(waves - wavelength).min() > max(gap, 1.0):
+        if not has_near(self.scan, wavelength):
             there = f"{waves[0]:g}" if len(waves) == 1 else f"{waves[0]:g} to {waves[-1]:g}"
             raise InputError(f"{self.name} has no wavelength near {wavelength:g} nm; it has {there} nm")
 

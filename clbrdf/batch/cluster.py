@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
@@ -110,13 +111,13 @@ def remote_cluster(address: str) -> Iterator[Client]:
     """
     from distributed import Client
 
+    # Asked here first: a client that cannot connect tells so once more, in a traceback, when it is collected.
+    if not _listens(address):
+        raise InputError(_NO_SCHEDULER.format(address))
     try:
         client = Client(address, timeout=ANSWER_TIME, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"--scheduler {address}: no Dask scheduler answers there; start one with 'dask scheduler', or"
-            " leave the option out"
-        ) from error
+        raise InputError(_NO_SCHEDULER.format(address)) from error
     try:
         try:
             client.wait_for_workers(1, timeout=ANSWER_TIME)
@@ -128,6 +129,24 @@ def remote_cluster(address: str) -> Iterator[Client]:
     finally:
         with suppress(Exception):
             client.close(timeout=5)
+
+
+_NO_SCHEDULER = (
+    "--scheduler {}: no Dask scheduler answers there; start one with 'dask scheduler',"
+    " or leave the option out"
+)
+
+
+def _listens(address: str) -> bool:
+    """Whether something takes connections at the address of a scheduler."""
+    from distributed.comm import get_address_host_port
+
+    try:
+        host, port = get_address_host_port(address)
+        with socket.create_connection((host, port), timeout=ANSWER_TIME):
+            return True
+    except (OSError, ValueError, UnicodeError):
+        return False
 
 
 def look_at_workers(client: Client, version: str) -> tuple[dict[str, Able], dict[str, str]]:

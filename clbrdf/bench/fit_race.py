@@ -38,6 +38,9 @@ CHUNK = 64
 """Wavelengths whose values are formed at once."""
 
 NOISE = 0.02
+LEAST = 1e-9
+"""1/sr; no instrument sees less, and narrow lobes end far below what a fit takes for a value."""
+
 FOUND = 1e-6
 PEER_WAVELENGTHS = 16
 
@@ -87,7 +90,7 @@ def race_scan(incident: int, wavelengths: int, views: float = 1.0, model: str = 
     noisy = exact * (1.0 + NOISE * rng.standard_normal(exact.shape))
     if chosen.flags & SIGNED:  # values below zero are data where an uncertainty says so
         return replace(empty, brdf=noisy, sigma=NOISE * np.abs(exact).max(axis=0) * np.ones(exact.shape))
-    return replace(empty, brdf=np.abs(noisy))
+    return replace(empty, brdf=np.maximum(np.abs(noisy), LEAST))
 
 
 def foil_like(nm: Array) -> Array:

@@ -22,7 +22,7 @@ from clbrdf.fit import fit
 from clbrdf.fit.through import SCAN
 from clbrdf.models import Model, Page
 from clbrdf.objective import weight_matrix
-from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.device import Device, usable_device
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
 
@@ -105,7 +105,7 @@ def choose(
         weights = np.asarray(weights)[~scan.transmitted]
     scan = scan.reflection()
     named = usual_weights(scan) if weights is None else weights
-    g, where = weight_matrix(scan, named), device or choose_device()
+    g, where = weight_matrix(scan, named), usable_device(device)
     groups = incident_groups(scan)
     thin = thin_wavelengths(scan, models_asked, given, g > 0.0, groups)
     places = _ranked_places(np.where(thin, 0.0, g), wavelengths)

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
 
-from cyclopts import App, CycloptsError, MissingArgumentError
+from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 from clbrdf import __version__
 from clbrdf.cli.help import FlowingHelp
@@ -80,6 +80,17 @@ def _missing(error: MissingArgumentError) -> str:
     return f"{lack}; '{command} --help' shows what the command takes"
 
 
+def _told(error: CycloptsError) -> str:
+    """Return an error of the command line in our words."""
+    if isinstance(error, MissingArgumentError):
+        return _missing(error)
+    if isinstance(error, UnusedCliTokensError):
+        command = " ".join(("clbrdf", *(error.command_chain or ())))
+        there = ", ".join(error.unused_tokens or ())
+        return f"{there}: more than '{command}' takes; '{command} --help' shows what it takes"
+    return str(error)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 for a bad verdict, 2 for an error, 130 for Ctrl-C."""
     words = list(sys.argv[1:] if argv is None else argv)
@@ -91,7 +102,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         sys.stdout.flush()
     except (ClbrdfError, CycloptsError) as error:
-        text = _missing(error) if isinstance(error, MissingArgumentError) else str(error)
+        text = _told(error) if isinstance(error, CycloptsError) else str(error)
         text = shortened(" ".join(text.split()), LONGEST)
         print(f"clbrdf: {text}", file=sys.stderr)
         return USAGE_ERROR

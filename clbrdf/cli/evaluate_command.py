@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import Annotated
 
@@ -19,6 +20,9 @@ from clbrdf.storage.files import whole_text
 
 MOST_TABLE_ROWS = 2000
 """Longer results are printed line by line in fixed columns: a table would have to be held as a whole."""
+
+MOST_DIRECTIONS = 10_000_000
+"""Of a grid, which is held as a whole."""
 
 
 def command(
@@ -62,7 +66,7 @@ def command(
     force
         allow a sum of models that are whole surfaces each, such as hapke+rpv
     precision
-        arithmetic of the work: fast (or fast:3 to fast:5), single, double (the default), reference
+        arithmetic of the work: fast (or fast:3 to fast:6), single, double (the default), reference
     rtol
         relative tolerance in place of a precision: the cheapest that keeps it is taken, and said
     grid
@@ -71,6 +75,15 @@ def command(
     judged = get_model(model, force=force)
     given = (("theta-i", theta_i), ("theta-r", theta_r), ("phi", phi), ("phi-i", phi_i))
     angles = [number_list(f"--{name}", text) for name, text in given]
+    lengths = {f"--{name}": len(a) for (name, _), a in zip(given, angles, strict=True) if len(a) > 1}
+    if not grid and len(set(lengths.values())) > 1:
+        told = " and ".join(f"{length} of {name}" for name, length in lengths.items())
+        raise InputError(f"{told}; give lists of one length, single values, or --grid for all combinations")
+    if grid and (count := math.prod(len(a) for a in angles)) > MOST_DIRECTIONS:
+        raise InputError(
+            f"--grid: {count} directions, at most {MOST_DIRECTIONS}; take wider steps, or a scene file and"
+            " 'clbrdf simulate', which writes block by block"
+        )
     if grid:
         angles = [a.ravel() for a in np.meshgrid(*angles, indexing="ij")]
     chosen, parameters = choose_device(device), parameter_map(param)

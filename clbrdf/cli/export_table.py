@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clbrdf.cli.console import print_table
+from clbrdf.cli.summary import spectrum
 from clbrdf.colour import rgb_weights
 from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
@@ -19,6 +20,7 @@ from clbrdf.formats.registry import Format
 from clbrdf.geometry import Directions
 from clbrdf.scan import Scan
 from clbrdf.scan.flags import FLAGS, for_other_reasons
+from clbrdf.scan.select import has_near
 from clbrdf.storage import hdf5
 from clbrdf.storage.files import check_output, whole_file
 
@@ -128,6 +130,11 @@ def part_of(scan: Scan, chosen: Chosen) -> Scan:
         There is no such part.
     """
     if chosen.wavelength is not None:
+        for wavelength in chosen.wavelength:
+            if not has_near(scan, wavelength):
+                raise InputError(
+                    f"--wavelength {wavelength:g}: the scan has none near it; it has {spectrum(scan)}"
+                )
         scan = scan.at(chosen.wavelength)
     if chosen.side is not None:
         rows = scan.transmitted == (chosen.side == "transmission")

@@ -28,7 +28,11 @@ JsonFile = Annotated[Path | None, Parameter(name="--json", help="also write the 
 
 def _whole(_type: object, tokens: Sequence[Token]) -> int:
     """Read a whole number; "1.5" is none."""
-    return int(tokens[0].value)
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        # The command line puts the name of the option before it.
+        raise ValueError(f"{shortened(repr(tokens[0].value))} is no whole number; give one") from None
 
 
 Seed = Annotated[int, Parameter(converter=_whole)]

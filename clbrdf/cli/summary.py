@@ -20,8 +20,11 @@ from clbrdf.fit.tables import (
     summary_rows,
     tables,
 )
+from clbrdf.geometry import ANGLES
 from clbrdf.scan import Scan
+from clbrdf.scan.average import spread_of_repeats
 from clbrdf.scan.effects import effect_rows
+from clbrdf.scan.rectangle import group_numbers
 
 MOST_REMARKS = 12
 """Remarks on a fit that are printed."""
@@ -65,6 +68,8 @@ def print_scan(title: str, scan: Scan) -> None:
     text = f"{np.count_nonzero(scan.mask)} of {scan.brdf.size} values"
     reasons = ", ".join(f"{name} {count}" for name, count in scan.flag_counts().items())
     rows.append(["masked", f"{text} ({reasons})" if reasons else text])
+    if scan.mask.all():
+        rows.append(["to be fitted", "nothing: every value is masked; look at the values of the file"])
     rows += [[_origin(key), value] for key, value in scan.provenance.items()]
     print_table(title, ("scan", ""), rows, left=2)
     print_components(scan)
@@ -112,14 +117,14 @@ def _span(values: npt.NDArray[np.float64]) -> str:
 
 def _direction_rows(scan: Scan) -> list[list[str]]:
     """Rows on the directions of a scan."""
-    n, repeats = len(scan.theta_i), scan.repeated_directions()
+    n, repeats = len(scan.theta_i), _repeats(scan)
     beyond = int(np.count_nonzero(scan.transmitted))
     angles, counts = np.unique(scan.theta_i, return_counts=True)
     listed = ", ".join(
         f"{angle:g}° × {count}" for angle, count in zip(angles[:MOST_ANGLES], counts, strict=False)
     )
     rows = [
-        ["directions", f"{n}, {repeats} of them repeats" if repeats else str(n)],
+        ["directions", f"{n}, {repeats}" if repeats else str(n)],
         ["incident zeniths", listed if len(angles) <= MOST_ANGLES else _values(angles)],
         ["view zeniths", f"{scan.theta_r.min():g}° to {scan.theta_r.max():g}°"],
         ["azimuths φ", _values(np.unique(scan.phi))],
@@ -129,6 +134,19 @@ def _direction_rows(scan: Scan) -> list[list[str]]:
     if (scan.phi_i != scan.phi_i[0]).any():
         rows.append(["incident azimuths", _values(np.unique(scan.phi_i))])
     return rows
+
+
+def _repeats(scan: Scan) -> str:
+    """Return how many directions are repeats, and how far apart the values of one lie; "" where none is."""
+    count = scan.repeated_directions()
+    numbers = group_numbers(np.stack([getattr(scan, name) for name in ANGLES], axis=1))
+    apart = spread_of_repeats(scan, numbers) if count else np.nan
+    return (
+        ""
+        if count == 0
+        else f"{count} of them repeats"
+        + (f", whose values differ by up to {100.0 * apart:.2g} %" if apart > 0.0 else "")
+    )
 
 
 def _values(angles: npt.NDArray[np.float64]) -> str:

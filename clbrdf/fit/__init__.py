@@ -41,7 +41,7 @@ from clbrdf.fit.tolerance import BEST, SAMPLE, Rung, choose_settings
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.objective import unweighted, weight_matrix
 from clbrdf.observation import Observation
-from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.device import Device, usable_device
 from clbrdf.parallel.executor import Executor, run_jobs
 from clbrdf.progress import Report, silent
 from clbrdf.scan import Scan
@@ -137,7 +137,7 @@ def fit(
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
     device : Device, optional
-        From `choose_device`; the preferred one if not given.
+        From `usable_device`; the preferred one if not given.
     executor : Executor, optional
         Whose `map` runs the blocks of wavelengths, such as a `clbrdf.parallel.processes.Processes`, any
         `concurrent.futures.Executor`, or that of a Dask client, ``client.get_executor()``; the result is
@@ -197,7 +197,7 @@ def fit(
         raise InputError(f"nothing to fit: all {scan.brdf.size} values are masked ({reasons})")
     check_range(scan, g)
     behind = instrument_behind(scan, through, smooth is not None)
-    where, layout = device or choose_device(), layout_of(chosen, scan.directions)
+    where, layout = usable_device(device), layout_of(chosen, scan.directions)
 
     def problem_of(places: npt.NDArray[np.intp], seen: Layout = layout) -> Problem:
         return make_problem(scan, g, chosen, limits, where, given, layout=seen, places=places)

@@ -39,7 +39,12 @@ def given_parameters(
             continue
         if row.name not in fix:
             continue
-        values = np.asarray(fix[row.name], dtype=np.float64)
+        try:
+            values = np.asarray(fix[row.name], dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"fixed {row.name} is {fix[row.name]!r}; give a number, or one a wavelength"
+            ) from None
         if values.shape not in ((), (1,), (w,)):
             raise InputError(
                 f"fixed {row.name} has shape {values.shape}; give one value, or one for each of"
@@ -49,6 +54,9 @@ def given_parameters(
             raise InputError(f"fixed {row.name} is not finite")
         if row.scale == "log" and not (row.sign * values > 0.0).all() and row.log_floor == 0.0:
             side = "above" if row.sign > 0.0 else "below"
+            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
+        if row.scale == "log" and (row.sign * values < 0.0).any():
+            side = "at least" if row.sign > 0.0 else "at most"
             raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
         out[row.name] = np.broadcast_to(values.ravel() if values.ndim else values, w).copy()
     if len(out) == len(model.parameters):

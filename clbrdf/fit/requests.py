@@ -8,7 +8,7 @@ from typing import SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.scan import Scan
 
 PLAUSIBLE = (1e-15, 1e15)
@@ -43,7 +43,8 @@ def reflection_of(scan: Scan, weights: str | npt.ArrayLike) -> tuple[Scan, str |
 def check_number(name: str, value: float | None, low: float, high: float) -> None:
     """Raise InputError where an option is given and is no number within its limits."""
     if value is not None and not (isinstance(value, (int, float)) and low <= value <= high):
-        raise InputError(f"{name} is {value}; give {low:g} to {high:g}")
+        said = advice(name, f"--{name.replace('_', '-')}")
+        raise InputError(f"{said} is {value}; give {low:g} to {high:g}")
 
 
 def check_together(
@@ -58,19 +59,22 @@ def check_together(
 ) -> None:
     """Raise InputError where options of a fit are given that do not go together."""
     if shared and smooth is not None:
-        raise InputError("shared and smooth both tie wavelengths; give one of them")
+        both = advice("shared and smooth", "--shared and --smooth")
+        raise InputError(f"{both} both tie wavelengths; give one of them")
     if shared and rtol is not None:
         raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
     if monte_carlo is not None and (shared or smooth is not None):
+        said = advice("monte_carlo", "--monte-carlo")
+        both = advice("shared and smooth", "--shared and --smooth")
+        raise InputError(f"{said} fits every wavelength by itself; leave it out, or leave out {both}")
+    if gls and (shared or smooth is not None or monte_carlo is not None):
         raise InputError(
-            "monte_carlo fits every wavelength by itself; leave it out, or leave out shared and smooth"
+            f"{advice('gls', '--gls')} fits every wavelength by itself; leave it out, or leave out"
+            f" {advice('shared, smooth and monte_carlo', '--shared, --smooth and --monte-carlo')}"
         )
-    by_sigma = isinstance(weights, str) and weights == "sigma"
-    if gls and (shared or smooth is not None or monte_carlo is not None or not by_sigma):
-        raise InputError(
-            "gls takes weights 'sigma' and fits every wavelength by itself; leave it out, or leave out"
-            " shared, smooth and monte_carlo"
-        )
+    if gls and not (isinstance(weights, str) and weights == "sigma"):
+        mend = advice("weights='sigma'", "--weights sigma")
+        raise InputError(f"{advice('gls', '--gls')} weighs by the uncertainties; give {mend}, too")
     if profile and (shared or smooth is not None or rtol is not None):
         raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
 

@@ -206,7 +206,7 @@ class Fit(Record):
         return np.where(self.setup.weights > 0.0, self.scan.brdf - self.observed(), np.nan)
 
     def predict(
-        self, directions: Directions | None = None, return_std: bool = False
+        self, directions: Scan | Directions | None = None, return_std: bool = False
     ) -> Array | tuple[Array, Array]:
         """Return the fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where not fitted.
 
@@ -214,8 +214,13 @@ class Fit(Record):
         uncertainties of the parameters and their correlations: parameters that are fixed, or at a limit,
         count as exact, and it is infinite where the data cannot tell a parameter that counts. That the model
         may not describe the data is not in it (`misfit`).
+
+        Raises
+        ------
+        InputError
+            Something else than directions, or a scan that has them.
         """
-        where = self.scan.directions if directions is None else directions
+        where = _directions_of(self.scan if directions is None else directions)
         seen = ForwardModel(self.model, self.model.features(where))
         values: Array = seen.brdf(self.vector[:, None, :]).T
         return (values, standard_uncertainty(seen, self.estimate)) if return_std else values
@@ -251,12 +256,17 @@ class Fit(Record):
     def _repr_html_(self) -> str:
         return html_table(f"Fit of {self.model.name}", dict(summary_rows(self)))
 
-    def evaluate(self, directions: Directions | None = None) -> Array:
+    def evaluate(self, directions: Scan | Directions | None = None) -> Array:
         """Fitted BRDF, (N, W), 1/sr, in the scan's directions or others; NaN where there is no fit.
 
         The surface's own: `observed` is what compares with measured values.
+
+        Raises
+        ------
+        InputError
+            Something else than directions, or a scan that has them.
         """
-        x = self.model.features(self.scan.directions if directions is None else directions)
+        x = self.model.features(_directions_of(self.scan if directions is None else directions))
         out: Array = self.model.brdf(self.vector[:, None, :], x).T
         return out
 
@@ -279,7 +289,7 @@ class Fit(Record):
         Of a scan, with the aperture that it tells of, if this fit took that of its own.
         """
         if self.through is None:
-            return self.evaluate(where.directions if isinstance(where, Scan) else where)
+            return self.evaluate(where)
         return self._mixed(self.forward(where))
 
     def forward(self, where: Scan | Directions) -> ForwardModel:
@@ -287,7 +297,7 @@ class Fit(Record):
 
         Its cones get as many nodes everywhere as they got where this fit needed most.
         """
-        directions = where.directions if isinstance(where, Scan) else where
+        directions = _directions_of(where)
         if self.through is None:
             return ForwardModel(self.model, self.model.features(directions))
         return ForwardModel.of(self.model, self.through.elsewhere(where).observation(directions))
@@ -347,3 +357,14 @@ class Fit(Record):
                 return cls(**storage.read(hdf5.find_entry(file, path)))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from error
+
+
+def _directions_of(where: object) -> Directions:
+    if isinstance(where, Scan):
+        return where.directions
+    if isinstance(where, Directions):
+        return where
+    raise InputError(
+        f"directions are given as {type(where).__name__}; give a Scan, or"
+        " Directions(theta_i, phi_i, theta_r, phi_r) in degrees"
+    )

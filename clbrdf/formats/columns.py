@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError
+from clbrdf.errors import InputError, advice
 from clbrdf.formats.columns_write import SETTLED, write
 from clbrdf.formats.quantities import LONG, VALUES, Column, find_columns, renamed
 from clbrdf.formats.reading import SURE as SURE_ALL
@@ -48,7 +48,7 @@ def sniff(head: Head) -> int:
     if not head.text:
         return NO
     lines = [line for line in head.lines if not line.startswith("#")]
-    if find_heading(lines, _fits) is not None:
+    if find_heading(lines, _names_wavelengths) is not None:
         return SURE
     table = bool(lines) and any(mark in lines[0] for mark in ",;\t")
     return LIKELY if head.path.suffix.casefold() in TEXT_ENDINGS or table else NO
@@ -59,8 +59,11 @@ def _fits(cells: list[str]) -> bool:
         found = find_columns(Path(), cells, LONG)
     except InputError:
         return False
-    axis = "wavelength" in found or "band" in found
-    return axis and {"theta_i", "theta_r"} <= found.keys() and any(name in found for name in VALUES)
+    return {"theta_i", "theta_r"} <= found.keys() and any(name in found for name in VALUES)
+
+
+def _names_wavelengths(cells: list[str]) -> bool:
+    return _fits(cells) and not {"wavelength", "band"}.isdisjoint(find_columns(Path(), cells, LONG))
 
 
 @dataclass
@@ -119,21 +122,31 @@ def read(path: Path, names: Mapping[str, str] | None = None) -> list[Reading]:
 
 def _value_column(sheet: Sheet, columns: Mapping[str, Column]) -> str:
     values = [name for name in VALUES if name in columns]
-    missing = [name for name in ("wavelength", "theta_i", "theta_r") if name not in columns]
-    if "band" in columns and missing[:1] == ["wavelength"]:
-        missing = missing[1:]
+    # Without wavelengths it may be a file of one, which the guard asks for.
+    missing = [name for name in ("theta_i", "theta_r") if name not in columns]
     if not values:
         missing.append("brdf")
     if len(values) > 1:
         written = " and ".join(repr(columns[name].written) for name in values)
         raise InputError(f"{sheet.path}: columns {written} both give values; keep one")
+    if missing and all(_is_number(name) for name in sheet.names):
+        raise InputError(f"{sheet.path}: the first line holds numbers; put one above that names the columns")
     if missing:
-        unit = {"wavelength": "_nm", "brdf": "_per_sr"}.get(missing[0], "_deg")
+        unit = {"brdf": "_per_sr"}.get(missing[0], "_deg")
         raise InputError(
             f"{sheet.path}: no column for {', '.join(missing)}; name it like"
-            f" {LONG[missing[0]].names[0]}{unit}. Columns found: {', '.join(sheet.names)}"
+            f" {LONG[missing[0]].names[0]}{unit}, or say which it is with"
+            f" {advice('names', '--map')}. Columns found: {', '.join(sheet.names)}"
         )
     return values[0]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _stated(columns: Mapping[str, Column], value: str) -> Stated:
@@ -152,7 +165,7 @@ def _stated(columns: Mapping[str, Column], value: str) -> Stated:
 
 def _length(columns: Mapping[str, Column]) -> str | None:
     """Return the unit of wavelengths: µm as they stand, others in nm."""
-    if "band" in columns:
+    if "wavelength" not in columns:
         return "nm"
     factor = columns["wavelength"].factor
     return None if factor is None else "um" if factor == MICROMETRE else "nm"
@@ -186,7 +199,8 @@ def _gather(sheet: Sheet, columns: Mapping[str, Column], value: str, block: Text
     if "wavelength" in columns:
         _wavelengths(columns, put, check)
     else:
-        names = [text.strip() for text in block.cells[columns["band"].place]]
+        cells = block.cells[columns["band"].place] if "band" in columns else ("",) * n
+        names = [text.strip() for text in cells]
         places = [rows.bands.setdefault(name, len(rows.bands)) for name in names]
         rows.numbers.setdefault("wavelength", []).append(np.array(places, dtype=np.float64))
     values = put("values", value, empty=True)

@@ -70,6 +70,10 @@ def load(
     """
     if not paths:
         raise InputError("no file to read")
+    places = [Path(path).resolve() for path in paths]
+    for place, path in zip(places, paths, strict=True):
+        if places.count(place) > 1:
+            raise InputError(f"{path} is given twice; its values would count as repeats")
     parts: dict[str, list[tuple[Scan, tuple[Decision, ...], tuple[str, ...]]]] = {}
     kinds: list[str] = []
     readings: list[tuple[Path, str, Reading]] = []
@@ -85,7 +89,8 @@ def load(
     listed = list(dict.fromkeys(reading.sample for _, _, reading in readings))
     if sample is not None and sample not in listed:
         where = ", ".join(str(path) for path in paths)
-        raise InputError(f"{where}: no sample is called {sample!r}; there are {_quoted(listed)}")
+        there = "the file names no samples" if listed == [""] else f"there are {_quoted(listed)}"
+        raise InputError(f"{where}: no sample is called {sample!r}; {there}")
     # One sample a file: files are parts of one measurement, whatever each calls it.
     one_each = len(readings) == len(paths)
     for path, title, reading in readings:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from clbrdf.errors import InputError, shortened
+from clbrdf.errors import InputError, advice, shortened
 from clbrdf.formats.text import comma_hint, shown
 
 Array = npt.NDArray[np.float64]
@@ -154,11 +154,20 @@ class Sheet:
         try:
             return float(cell)
         except ValueError:
-            said = f"{shown(cell)} is not a number{comma_hint(cell, cell)}"
+            said = f"{shown(cell)} is not a number{_number_hint(cell)}"
             raise InputError(f"{self._place(line, place)}: {said}") from None
 
     def _place(self, line: int, place: int) -> str:
         return f"{self.path}, line {line}, column {shortened(self.names[place].strip())}"
+
+
+def _number_hint(cell: str) -> str:
+    """Return what may be wrong with a cell that is no number."""
+    if not cell:
+        return "; fill the cell or leave the row out"
+    if cell.endswith("%"):
+        return "; leave out the %, and say what values are with " + advice("scale", "--scale")
+    return comma_hint(cell, cell)
 
 
 def find_heading(lines: list[str], fits: Callable[[list[str]], bool]) -> tuple[int, str] | None:

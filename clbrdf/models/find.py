@@ -47,6 +47,8 @@ def find_page(name: str) -> Page:
     for folder in _folders():
         if (folder / f"{name}.py").is_file():
             return _of_file((folder / f"{name}.py").resolve())
+    if not name:
+        raise InputError("a model's name, or one of a sum's, is empty; write as in ggx+lambert")
     near = get_close_matches(name, page_names(), n=1, cutoff=0.7)
     meant = f" (did you mean {near[0]}?)" if near else ""
     raise InputError(f"no model is called {name!r}{meant}; there are {', '.join(page_names())}")
@@ -80,8 +82,10 @@ def _folders() -> list[Path]:
 def _of_file(path: Path) -> Page:
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a model's page ({error})") from error
+    except OSError as error:
+        raise InputError(f"{path}: a model's page cannot be read there ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is no text, which a model's page is ({error.reason})") from error
     return _loaded(path, hashlib.sha256(text.encode()).hexdigest())
 
 

@@ -126,7 +126,7 @@ class Model:
         for p in self.parameters:
             if p.given and p.name not in parameters:
                 raise InputError(f"model {self.name} needs {p.name} ({p.meaning}, {p.unit}); give its value")
-        columns = [np.asarray(parameters.get(p.name, p.default), dtype=np.float64) for p in self.parameters]
+        columns = [_numbers(p.name, parameters.get(p.name, p.default)) for p in self.parameters]
         for name, column in zip(self.names, columns, strict=True):
             if not np.isfinite(column).all():
                 raise InputError(f"parameter {name} is not finite")
@@ -179,8 +179,13 @@ class Model:
         Raises
         ------
         InputError
-            As `full_name`, or a parameter that is named twice.
+            As `full_name`, a parameter that is named twice, or no mapping.
         """
+        if not isinstance(mapping, Mapping):
+            raise InputError(
+                f"parameters are given as {type(mapping).__name__}; give a mapping of their names, as in"
+                f" {{{self.names[0]!r}: ...}}"
+            )
         out: dict[str, Value] = {}
         for name, value in mapping.items():
             full = self.full_name(name)
@@ -236,3 +241,10 @@ class Model:
         """Coordinates q (..., P) to parameters (..., P)."""
         columns = [p.from_coordinate(coordinates[..., j]) for j, p in enumerate(self.parameters)]
         return np.stack(columns, axis=-1)
+
+
+def _numbers(name: str, value: npt.ArrayLike) -> Array:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"parameter {name} is {value!r}; give a number, or one a wavelength") from None

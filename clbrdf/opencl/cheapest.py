@@ -11,7 +11,7 @@ from clbrdf.errors import InputError
 from clbrdf.geometry import Directions
 from clbrdf.models import DEFAULT_MODEL, Model, Page, get_model
 from clbrdf.opencl.answers import keep_answer, read_answer
-from clbrdf.opencl.device import Device, choose_device
+from clbrdf.opencl.device import Device, usable_device
 from clbrdf.opencl.precision import PRECISIONS, Precision
 from clbrdf.opencl.values import evaluate_directions
 
@@ -80,7 +80,7 @@ def choose_precision(
     """
     if not rtol > 0.0:
         raise InputError(f"rtol is {rtol:g}; give a positive number, such as 1e-3")
-    chosen = device or choose_device()
+    chosen = usable_device(device)
     able = [p for p in PRECISIONS.values() if p.dtype is np.float32 or chosen.has_double]
     kept = [p for p in able if p.bound <= rtol]
     if not kept:

@@ -118,6 +118,21 @@ def choose_device(name: str | None = None) -> Device:
     raise DeviceError(f"no OpenCL device is called {name!r}; there are: {there}")
 
 
+def usable_device(device: Device | str | None) -> Device:
+    """Return a device as it is, the one of a name, or, without, the preferred one.
+
+    Raises
+    ------
+    DeviceError
+        As `choose_device`; what is given is neither.
+    """
+    if isinstance(device, Device):
+        return device
+    if device is None or isinstance(device, str):
+        return choose_device(device)
+    raise DeviceError(f"device is {device!r}; give part of its name, or one of clbrdf.list_devices()")
+
+
 def _why_none() -> str:
     """Return why there is no device, and the mend."""
     import pyopencl as cl

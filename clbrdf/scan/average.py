@@ -10,6 +10,23 @@ import numpy.typing as npt
 ANGLES = ("theta_i", "phi_i", "theta_r", "phi_r")
 
 
+def spread_of_repeats(scan: Any, numbers: npt.NDArray[np.intp]) -> float:
+    """Return by how much values of one direction and wavelength differ at most; NaN without repeats.
+
+    That is (largest − smallest) / largest, of values above 0 that are not masked. `numbers` (N,) says to
+    which direction each row belongs.
+    """
+    good = ~scan.mask & (scan.brdf > 0.0)
+    size = int(numbers.max()) + 1
+    low, high = (np.full((size, scan.brdf.shape[1]), end) for end in (np.inf, 0.0))
+    np.minimum.at(low, numbers, np.where(good, scan.brdf, np.inf))
+    np.maximum.at(high, numbers, np.where(good, scan.brdf, 0.0))
+    count = np.zeros(low.shape, dtype=np.intp)
+    np.add.at(count, numbers, good)
+    several = count > 1
+    return float(np.max(1.0 - low[several] / high[several])) if several.any() else float("nan")
+
+
 def averaged(scan: Any, numbers: npt.NDArray[np.intp]) -> dict[str, Any]:
     """Return the fields of a scan (`record.Scan`, which stands above) that change when repeats are averaged.
 

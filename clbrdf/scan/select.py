@@ -51,7 +51,10 @@ def places_of(name: str, values: Array, wanted: Wanted, nearest: bool) -> Places
         found = np.flatnonzero((values >= low) & (values <= high))
         said = f"from {low:g} to {high:g}"
     else:
-        numbers = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
+        try:
+            numbers = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
+        except (TypeError, ValueError):
+            raise InputError(f"{name} is {wanted!r}; give a number, several, or a slice") from None
         apart = np.abs(values[None, :] - numbers[:, None])
         if nearest:
             found = np.unique(apart.argmin(axis=1))
@@ -63,6 +66,12 @@ def places_of(name: str, values: Array, wanted: Wanted, nearest: bool) -> Places
     return found
 
 
+def has_near(scan: Scan, wavelength: float) -> bool:
+    """Whether one was measured that is as near, nm, as those measured are to each other, or to 1 nm."""
+    gap = float(np.diff(scan.wavelength).max()) if len(scan.wavelength) > 1 else 0.0
+    return not scan.bands and float(np.abs(scan.wavelength - wavelength).min()) <= max(gap, 1.0)
+
+
 def selected(scan: Scan, index: Index | tuple[Index, Index]) -> Scan:
     """Return a scan in some directions, and with a second index at some wavelengths.
 
@@ -71,6 +80,8 @@ def selected(scan: Scan, index: Index | tuple[Index, Index]) -> Scan:
     InputError
         A place that the scan does not have.
     """
+    if isinstance(index, tuple) and len(index) != 2:
+        raise InputError(f"{len(index)} indices; a scan has two, directions and wavelengths")
     rows, columns = index if isinstance(index, tuple) else (index, slice(None))
     out = scan
     for what, one, count in (("rows", rows, len(scan)), ("columns", columns, len(scan.wavelength))):

@@ -13,7 +13,7 @@ from clbrdf.errors import InputError
 from clbrdf.fit.result import Fit
 from clbrdf.geometry import Directions
 from clbrdf.models import Model, get_model, restrict
-from clbrdf.opencl.device import Device, choose_device, open_queue
+from clbrdf.opencl.device import Device, open_queue, usable_device
 from clbrdf.opencl.precision import Precision, get_precision
 from clbrdf.opencl.values import (
     Launcher,
@@ -270,7 +270,7 @@ def make_surface(scene: Scene, device: Device | None = None) -> Surface:
 
         curves = kept
     precision = working_precision(model, get_precision(scene.precision))
-    surface = ModelSurface(model, curves, precision, device or choose_device())
+    surface = ModelSurface(model, curves, precision, usable_device(device))
     try:
         surface.parameters(np.array(scene.wavelength))
     except InputError as error:

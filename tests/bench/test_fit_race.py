@@ -11,6 +11,9 @@ from clbrdf.bench import fit_race
 from clbrdf.bench.fit_race import RacePlan, RaceRun, found_share, growth, peer_places, race_scan
 from clbrdf.cli import bench_fit as command
 from clbrdf.cli import main
+from clbrdf.fit.requests import check_range
+from clbrdf.objective import weight_matrix
+from tests.models.test_every_model import MODELS
 
 
 @pytest.mark.parametrize("incident", [3, 6])
@@ -61,3 +64,11 @@ def test_a_child_that_fails_is_one_line(device, monkeypatch):
     monkeypatch.setattr(fit_race.sys, "executable", "/bin/false")
     with pytest.raises(DeviceError, match="the fit of 2 wavelengths by auto failed"):
         fit_race.fit_in_child("auto", 3, 2, device)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_scan_of_any_model_can_be_fitted(name):
+    """Narrow lobes end below what a fit takes for a value in 1/sr."""
+    scan = race_scan(6, 2, model=name)
+    check_range(scan, weight_matrix(scan, "none"))
+    assert not scan.mask.any()

@@ -31,6 +31,57 @@ def csv_file(tmp_path):
     return tmp_path / "data.csv"
 
 
+def csv_of(folder, columns, rows):
+    path = folder / "table.csv"
+    path.write_text("\n".join([columns, *rows]) + "\n")
+    return path
+
+
+class TestImport:
+    """What a file lacks or claims, as somebody sees it who wrote the file."""
+
+    ANGLES = "theta_i_deg,theta_r_deg,dphi_deg,fr_per_sr"
+    ROWS = tuple(f"30,{t},180,{0.2 + t / 100}" for t in range(0, 80, 5))
+
+    def test_a_file_of_one_wavelength_is_told_it(self, run, tmp_path):
+        path, target = csv_of(tmp_path, self.ANGLES, self.ROWS), tmp_path / "scan.h5"
+        assert_one_line(run("import", path, "-o", target), "names no wavelength", "--wavelength")
+        assert run("import", path, "-o", target, "--wavelength", 633)[0] == 0
+        scan = Scan.open(target)
+        assert scan.wavelength.tolist() == [633.0]
+        assert len(scan) == len(self.ROWS)
+
+    def test_micrometres_under_a_heading_of_nm(self, run, tmp_path):
+        rows = [f"0.{w},{row}" for w in (45, 55) for row in self.ROWS]
+        path = csv_of(tmp_path, f"wavelength_nm,{self.ANGLES}", rows)
+        out = run("import", path, "-o", tmp_path / "scan.h5")[1]
+        assert "µm (the file says nm; 0.45 to 0.55 is no light in nm)" in " ".join(out.split())
+
+    def test_repeats_that_differ_are_told(self, run, tmp_path):
+        rows = [f"550,{row}" for row in (*self.ROWS, "30,0,180,0.4")]
+        path = csv_of(tmp_path, f"wavelength_nm,{self.ANGLES}", rows)
+        out = run("import", path, "-o", tmp_path / "scan.h5")[1]
+        assert "1 of them repeats, whose values differ by up to 50 %" in " ".join(out.split())
+
+    def test_nothing_to_be_fitted_is_told(self, run, tmp_path):
+        rows = [f"550,30,{t},180," for t in range(0, 80, 5)]
+        path = csv_of(tmp_path, f"wavelength_nm,{self.ANGLES}", rows)
+        out = run("import", path, "-o", tmp_path / "scan.h5")[1]
+        assert "nothing: every value is masked" in " ".join(out.split())
+
+    def test_mistakes_in_a_table(self, run, tmp_path):
+        target = tmp_path / "scan.h5"
+
+        def refused(columns, rows, *words):
+            assert_one_line(run("import", csv_of(tmp_path, columns, rows), "-o", target), *words)
+
+        refused("550,30,0,180,0.2", ["550,30,5,180,0.2"], "the first line holds numbers")
+        refused("w_nm,in,out,dphi_deg,fr_per_sr", ["550,30,5,180,0.2"], "no column for theta_i", "--map")
+        refused(self.ANGLES, ["30,0,180,20%"], "'20%' is not a number; leave out the %", "--scale")
+        path = csv_of(tmp_path, f"wavelength_nm,{self.ANGLES}", [f"550,{row}" for row in self.ROWS])
+        assert_one_line(run("import", path, path, "-o", target), "is given twice")
+
+
 class TestEvaluate:
     ANGLES = ("--theta-i", "30,45,60", "--theta-r", "30,45,60", "--phi", "180")
 
@@ -64,9 +115,12 @@ class TestEvaluate:
         [
             (("--theta-i", "90", "--theta-r", "0"), "theta_i[0] is 90°"),
             (("--theta-i", "x", "--theta-r", "0"), "--theta-i: 'x' is neither a number nor start:stop:step"),
-            (("--theta-i", "0:10:-1", "--theta-r", "0"), "steps of -1 has no end"),
+            (("--theta-i", "0:10:-1", "--theta-r", "0"), "is empty in steps of -1"),
             (("--theta-i", "0:80:1e-9", "--theta-r", "0"), "at most 1000000"),
-            (("--theta-i", "1,2", "--theta-r", "1,2,3"), "do not belong together"),
+            (
+                ("--theta-i", "1,2", "--theta-r", "1,2,3"),
+                "2 of --theta-i and 3 of --theta-r; give lists of one length",
+            ),
             (("--theta-i", "1", "--theta-r", "1", "--param", "ks"), "write name=number"),
             (("--theta-i", "1", "--theta-r", "1", "--param", "k=1"), "no parameter 'k'"),
             (("--theta-i", "1"), "--theta-r"),
@@ -302,6 +356,15 @@ def test_devices(run):
     assert status == 0
     assert out.count("*") == 1
     assert_one_line(run("devices", "--device", "Abacus"), "'Abacus'")
+
+
+def test_more_arguments_than_a_command_takes(run):
+    assert_one_line(run("info", "a.h5", "b.h5"), "b.h5: more than 'clbrdf info' takes", "--help")
+
+
+def test_a_grid_larger_than_memory(run):
+    words = ("--theta-i", "0:89:0.001", "--theta-r", "0:89:0.001", "--grid")
+    assert_one_line(run("evaluate", *words), "--grid: 7921178001 directions", "clbrdf simulate")
 
 
 def test_help_and_version(run):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clbrdf
-from clbrdf import Directions, InputError, Scan
+from clbrdf import DeviceError, Directions, InputError, Scan
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +76,26 @@ def test_predictions_carry_the_covariance_of_the_parameters(fit):
     # Without the correlations it would be another.
     jacobian = fit.model.jacobian(fit.vector[1][None], fit.model.features(directions))
     assert (np.abs(np.sqrt(((jacobian * one) ** 2).sum(axis=1)) / sigma[:, 1] - 1.0) > 0.05).any()
+
+
+def test_wrong_types_are_told(fit):
+    np.testing.assert_array_equal(fit.predict(fit.scan), fit.predict())
+    with pytest.raises(InputError, match="directions are given as int; give a Scan, or Directions"):
+        fit.predict(30)
+    with pytest.raises(InputError, match="parameters are given as list; give a mapping"):
+        clbrdf.fit(fit.scan, bounds=[1])
+    with pytest.raises(InputError, match="fixed ks is 'a'; give a number"):
+        clbrdf.fit(fit.scan, fix={"ks": "a"})
+    with pytest.raises(InputError, match="fixed ks is -1; it has to be at least 0"):
+        clbrdf.fit(fit.scan, fix={"ks": -1.0})
+    with pytest.raises(InputError, match="parameter rho is 'x'; give a number"):
+        clbrdf.evaluate({"rho": "x"}, 30.0, 30.0, 180.0, model="lambert")
+    with pytest.raises(DeviceError, match="device is 99; give part of its name"):
+        clbrdf.fit(fit.scan, device=99)
+    with pytest.raises(InputError, match="3 indices; a scan has two"):
+        fit.scan[0, 0, 0]
+    with pytest.raises(InputError, match="wavelength is 'a'; give a number"):
+        fit.scan.sel(wavelength="a")
 
 
 def test_what_is_not_determined_has_no_finite_prediction(fit):

@@ -171,5 +171,5 @@ def test_mistakes_on_a_page_are_said_with_its_path(page, change, said):
 
 
 def test_a_page_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match=r"gone\.py: cannot be read as a model's page"):
+    with pytest.raises(InputError, match=r"gone\.py: a model's page cannot be read there"):
         get_model(str(tmp_path / "gone.py"))

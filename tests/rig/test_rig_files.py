@@ -37,7 +37,7 @@ from clbrdf.rig.segmentimage import lookup3
         ("theta_i = 30\ntheta_r = {start = 0, stop = 10}", "a range has the keys start, stop and step"),
         (
             "theta_i = 30\ntheta_r = {start = 0, stop = 10, step = -1}",
-            "from 0 to 10 in steps of -1 has no end",
+            "from 0 to 10 is empty in steps of -1",
         ),
         ("theta_i = 30\ntheta_r = {start = 0, stop = 10, step = 0}", "in steps of 0 has no end"),
         ("theta_i = 30\ntheta_r = {start = 0, stop = 80, step = 1e-6}", "at most 1000000"),

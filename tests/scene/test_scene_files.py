@@ -85,7 +85,7 @@ def test_curves(value, expected):
         (("[30, 45]", "[30, 95]"), "theta_i: 95°; zenith angles lie in [0°, 90°)"),
         (("[30, 45]", "[]"), "the scene has no points"),
         (("phi_r = 180", "phi_r = 20"), "phi_r - phi_i = 20° is out of plane"),
-        (("start = 400", "start = 800"), "from 800 to 700 in steps of 100 has no end"),
+        (("start = 400", "start = 800"), "from 800 to 700 is empty in steps of 100"),
         (("start = 400", "start = -400"), "they are positive and increase"),
         (("step = 100", ""), "a range has the keys start, stop and step"),
         (("[wavelength]", "[effects]\napertur = true\n[wavelength]"), "unknown key effects.apertur; did you"),

@@ -131,7 +131,7 @@ def settle_spectrum(
         )
     stated, waves = reading.stated.length, reading.spectrum
     low, high = float(waves.min()), float(waves.max())
-    said = "the file says so" if stated else "the file does not say"
+    said = {"nm": "the file says nm", "um": "the file says µm", None: "the file does not say"}[stated]
     if options.length is not None:
         unit, why = options.length, advice("length", "--unit")
     elif "length" in reading.stated.sure and stated is not None:
@@ -157,6 +157,13 @@ def settle_spectrum(
 
 
 def _bands(path: str, reading: Reading, options: Options) -> tuple[Array, tuple[str, ...], list[Decision]]:
+    if "" in reading.bands and len(reading.bands) > 1:
+        raise InputError(f"{path}: some rows name their band and some do not; name all of them")
+    if options.wavelength is None and reading.bands == ("",):
+        raise InputError(
+            f"{path}: names no wavelength; name its column like wavelength_nm, or give the one of all values"
+            f" with {advice('wavelength', '--wavelength')}, in nm"
+        )
     if options.wavelength is None:
         names = ", ".join(reading.bands)
         taken = f"{len(reading.bands)} band{'s' if len(reading.bands) > 1 else ''}: {names}"
