@@ -92,7 +92,7 @@ def choice_words(choice: Choice) -> list[str]:
     else:
         lines.append(
             f"{best.model} predicts best; {chosen.model} is the simplest within one standard error of it:"
-            f" {chosen.free} parameters in place of {best.free}."
+            f" {chosen.free} parameter{'s' * (chosen.free != 1)} in place of {best.free}."
         )
     if choice.steady:
         same = sum(name == choice.chosen for name in choice.steady)

@@ -116,7 +116,9 @@ def test_zeniths_with_signs_need_no_azimuth(tmp_path):
 
 def test_energy_names_the_scales_that_would_do(tmp_path):
     path = put(tmp_path, GLOSSY.replace("0.05\n", "0.9\n").replace("3.05", "3.9"))
-    with pytest.raises(InputError, match=r"would reflect .* --scale pi or --scale percent .* at its word"):
+    with pytest.raises(
+        InputError, match=r"times what comes in; .* --scale pi or --scale percent .* at its word"
+    ):
         load_one([path])
     scan = load_one([path], options=Options(scale="pi"))
     assert scan.brdf.min() == pytest.approx(0.9 / np.pi)

@@ -245,6 +245,7 @@ def _scale(
         factor = SCALES[options.scale]
         return factor, [
             Decision("scale", _words(options.scale), advice("scale", "--scale")),
+            *([_too_much(low * factor, "doubt the scale")] if low * factor > MOST else []),
             *_totals(reading, totals, factor),
         ]
     fits = [name for name in ("1", "pi", "percent", "pi-percent") if low * SCALES[name] <= MOST]
@@ -261,13 +262,11 @@ def _scale(
     if low * factor > MOST:
         if "scale" not in stated.sure:
             raise InputError(
-                f"{path}: {_words(stated.scale)}, they would reflect {low * factor:.3g} of what comes in;"
+                f"{path}: if {_words(stated.scale)}, they reflect {low * factor:.3g} times what comes in;"
                 f" settle it with {ask}, or {settled('scale', '--scale', stated.scale)}"
                 " to take the file at its word"
             )
-        decisions = [
-            Decision("check", f"reflects {low * factor:.3g} or more", "more than comes in: doubt the file")
-        ]
+        decisions = [_too_much(low * factor, "doubt the file")]
     else:
         decisions = []
     why = "the format says so" if "scale" in stated.sure else "the file says so"
@@ -276,6 +275,10 @@ def _scale(
         *decisions,
         *_totals(reading, totals, factor),
     ]
+
+
+def _too_much(reflected: float, advised: str) -> Decision:
+    return Decision("check", f"reflects {reflected:.3g} or more", f"more than comes in: {advised}")
 
 
 def _words(scale: str) -> str:

@@ -185,7 +185,8 @@ def _reciprocity(sample: UsableSample) -> Cosine | None:
     x = np.log(np.cos(np.deg2rad(sample.theta_r[a])) / np.cos(np.deg2rad(sample.theta_i[a])))
     without, included = float(np.median(ratio**2)), float(np.median((ratio - x) ** 2))
     spread = float(np.expm1(np.median(np.abs(ratio - (x if included < without else 0.0)))))
-    words = f"{len(a)} exchanged pairs differ by {100 * spread:.2g} %"
+    shown = f"{100.0 * spread:.2g}" if spread < 0.995 else f"{100.0 * spread:.0f}"
+    words = f"{len(a)} exchanged pairs differ by {shown} %"
     if np.median(np.abs(x)) < 0.05 or max(without, included) <= 1e-12:
         return Cosine(None, words, spread)
     if without * DECISIVE < included:
