@@ -33,7 +33,8 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
     Raises
     ------
     InputError
-        Unknown name, σ weights for a scan without uncertainties, or weights of the wrong length or sign.
+        Unknown name, σ weights for a scan without uncertainties, weights of the wrong length or sign, or one
+        that is infinite.
     """
     usable = ~scan.mask
     out = np.zeros(scan.brdf.shape)
@@ -42,7 +43,7 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
             out[usable] = 1.0
         elif weights == "relative":
             usable &= scan.brdf > 0.0
-            _inverse_squares(scan.brdf, usable, out)
+            _inverse_squares("a value", scan.brdf, usable, out)
         elif weights == "sigma":
             if scan.sigma is None:
                 raise InputError(
@@ -55,7 +56,7 @@ def weight_matrix(scan: Scan, weights: str | npt.ArrayLike = "none") -> Array:
                     " the scan's are common to several; use 'relative'"
                 )
             usable &= random > 0.0
-            _inverse_squares(random, usable, out)
+            _inverse_squares("an uncertainty", random, usable, out)
         else:
             raise InputError(f"no weights are called {weights!r}; there are {', '.join(WEIGHTS)}")
         return out
@@ -92,14 +93,20 @@ def unweighted(scan: Scan, weights: Array) -> dict[str, int]:
     return {reason: count for reason, count in counts.items() if count}
 
 
-def _inverse_squares(values: Array, where: npt.NDArray[np.bool_], out: Array) -> None:
-    """Write 1 / values² into out where asked."""
+def _inverse_squares(what: str, values: Array, where: npt.NDArray[np.bool_], out: Array) -> None:
+    """Write 1 / values² into out where asked; raise InputError where one is infinite."""
     for part in _parts(out):
         with np.errstate(
             over="ignore", divide="ignore", invalid="ignore"
         ):  # of values that are not asked for
             squares = values[part] ** -2.0
         np.copyto(out[part], squares, where=where[part])
+        endless = np.isinf(out[part])
+        if endless.any():
+            worst = values[part][endless][0]
+            raise InputError(
+                f"the weight of {what} of {worst:g} 1/sr is infinite; check the unit of the data"
+            )
 
 
 def residual_scale(scan: Scan, weights: Array) -> Array:

@@ -139,3 +139,11 @@ def test_a_fit_without_any_weight_says_why(small_scan):
     scan = replace(small_scan, sigma=np.where(small_scan.theta_r[:, None] > 40.0, np.nan, 0.0) * np.ones(3))
     with pytest.raises(InputError, match=r"63 without an uncertainty, 81 with an uncertainty of 0\); give"):
         clbrdf.fit(scan, weights="sigma")
+
+
+@pytest.mark.parametrize(("weights", "what"), [("relative", "a value"), ("sigma", "an uncertainty")])
+def test_weights_that_would_be_infinite_are_refused(small_scan, weights, what):
+    brdf, sigma = small_scan.brdf.copy(), small_scan.sigma.copy()
+    brdf[4, 1], sigma[4, 1] = 1e-170, 1e-171
+    with pytest.raises(InputError, match=f"the weight of {what} of 1e-17. 1/sr is infinite"):
+        weight_matrix(replace(small_scan, brdf=brdf, sigma=sigma), weights)

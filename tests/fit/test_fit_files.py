@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clbrdf import Fit
+from clbrdf import Fit, InputError
 from clbrdf.fit.records import Setup
 from clbrdf.fit.remarks import Remark
 
@@ -49,6 +49,19 @@ def test_smooth_and_directions_left_out_are_read_from_the_provenance_of_earlier_
         provenance.attrs["smooth"] = "0.01"
         provenance.attrs["left_out"] = "12 of 60 directions, those of transmission"
     assert (Fit.open(path).setup.smooth, Fit.open(path).setup.left_out) == (0.01, 12)
+
+
+@pytest.mark.parametrize("wrong", [np.inf, np.nan, -1.0])
+def test_weights_that_are_none_are_refused(tmp_path, wrong):
+    import h5py
+
+    path = tmp_path / "fit.h5"
+    path.write_bytes(EARLIER.read_bytes())
+    with h5py.File(path, "r+") as file:
+        weights = file["entry/fit/weights"]
+        weights[3, 0] = wrong
+    with pytest.raises(InputError, match=r"fit\.h5: .*weights holds what is no weight"):
+        Fit.open(path)
 
 
 @pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, lambda fit: pickle.loads(pickle.dumps(fit))])
