@@ -36,7 +36,7 @@ def evaluate(
     model: str | Model | Page = DEFAULT_MODEL,
     precision: str | None = None,
     rtol: float | None = None,
-    device: Device | None = None,
+    device: Device | str | None = None,
 ) -> Array:
     """Evaluate a model in N directions for one parameter set or for W of them.
 
@@ -61,8 +61,8 @@ def evaluate(
     rtol : float, optional
         In place of a precision: the cheapest that keeps this relative tolerance, as `choose_precision`
         tells. For a million values or more the costs are measured where they are not known yet.
-    device : Device, optional
-        From `usable_device`; the preferred one if not given.
+    device : Device or str, optional
+        From `clbrdf.opencl.device.choose_device`, or part of its name; the preferred one if not given.
 
     Returns
     -------

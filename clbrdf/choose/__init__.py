@@ -48,7 +48,7 @@ def choose(
     seed: int = 0,
     through: str | Path | Instrument = SCAN,
     force: bool = False,
-    device: Device | None = None,
+    device: Device | str | None = None,
     report: Report = silent,
 ) -> Choice:
     """Say which model describes a scan: the simplest that predicts as well as the best.
@@ -79,7 +79,7 @@ def choose(
         As of `fit`, the same for all models.
     force : bool
         Allow sums of whole surfaces.
-    device : Device, optional
+    device : Device or str, optional
     report : callable
         Called with (fits done, fits in all).
 

@@ -59,7 +59,7 @@ def command(
     check
         print the surface's directional-hemispherical reflectance, and whether it is reciprocal
     precision
-        arithmetic of the model in place of the scene's: fast (or fast:3 to fast:5), single, double
+        arithmetic of the model in place of the scene's: fast (or fast:3 to fast:6), single, double
     seed
         of the random effects in place of the scene's
     """

@@ -31,6 +31,9 @@ MOST_REMARKS = 12
 
 FEW_ANGLES = 6
 
+LEAST_APART = 1e-4
+"""Share by which repeats have to differ to be told so: less is how a file prints numbers."""
+
 SHOWN_ROWS = 24
 """Wavelengths in a printed table, where there are more and not all are asked for."""
 
@@ -139,14 +142,11 @@ def _direction_rows(scan: Scan) -> list[list[str]]:
 def _repeats(scan: Scan) -> str:
     """Return how many directions are repeats, and how far apart the values of one lie; "" where none is."""
     count = scan.repeated_directions()
-    numbers = group_numbers(np.stack([getattr(scan, name) for name in ANGLES], axis=1))
-    apart = spread_of_repeats(scan, numbers) if count else np.nan
-    return (
-        ""
-        if count == 0
-        else f"{count} of them repeats"
-        + (f", whose values differ by up to {100.0 * apart:.2g} %" if apart > 0.0 else "")
-    )
+    if not count:
+        return ""
+    apart = spread_of_repeats(scan, group_numbers(np.stack([getattr(scan, name) for name in ANGLES], axis=1)))
+    told = f", whose values differ by up to {100.0 * apart:.2g} %" if apart > LEAST_APART else ""
+    return f"{count} of them repeats{told}"
 
 
 def _values(angles: npt.NDArray[np.float64]) -> str:

@@ -81,7 +81,7 @@ def fit(
     gls: bool = False,
     profile: bool = False,
     settings: AnnealSettings | TemperingSettings | DictionarySettings | LookupSettings | None = None,
-    device: Device | None = None,
+    device: Device | str | None = None,
     executor: Executor | None = None,
     report: Report = silent,
 ) -> Fit:
@@ -136,8 +136,8 @@ def fit(
     settings : AnnealSettings, TemperingSettings, DictionarySettings or LookupSettings, optional
         Length and care of the search, of the type that the method takes; with them "auto" is the method
         that takes them.
-    device : Device, optional
-        From `usable_device`; the preferred one if not given.
+    device : Device or str, optional
+        From `clbrdf.opencl.device.choose_device`, or part of its name; the preferred one if not given.
     executor : Executor, optional
         Whose `map` runs the blocks of wavelengths, such as a `clbrdf.parallel.processes.Processes`, any
         `concurrent.futures.Executor`, or that of a Dask client, ``client.get_executor()``; the result is

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from clbrdf.errors import InputError, advice
 from clbrdf.models import Model
+from clbrdf.models.model import numbers_of
 from clbrdf.scan import Scan
 
 
@@ -39,12 +40,7 @@ def given_parameters(
             continue
         if row.name not in fix:
             continue
-        try:
-            values = np.asarray(fix[row.name], dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(
-                f"fixed {row.name} is {fix[row.name]!r}; give a number, or one a wavelength"
-            ) from None
+        values = numbers_of(f"fixed {row.name}", fix[row.name])
         if values.shape not in ((), (1,), (w,)):
             raise InputError(
                 f"fixed {row.name} has shape {values.shape}; give one value, or one for each of"
@@ -52,12 +48,13 @@ def given_parameters(
             )
         if not np.isfinite(values).all():
             raise InputError(f"fixed {row.name} is not finite")
-        if row.scale == "log" and not (row.sign * values > 0.0).all() and row.log_floor == 0.0:
-            side = "above" if row.sign > 0.0 else "below"
-            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
-        if row.scale == "log" and (row.sign * values < 0.0).any():
-            side = "at least" if row.sign > 0.0 else "at most"
-            raise InputError(f"fixed {row.name} is {values.flat[0]:g}; it has to be {side} 0")
+        takes_zero = row.log_floor != 0.0
+        signed = row.sign * values
+        if row.scale == "log" and not (signed >= 0.0 if takes_zero else signed > 0.0).all():
+            sides = ("at least", "at most") if takes_zero else ("above", "below")
+            wrong = values[signed < 0.0] if (signed < 0.0).any() else values
+            side = sides[0] if row.sign > 0.0 else sides[1]
+            raise InputError(f"fixed {row.name} is {wrong.flat[0]:g}; it has to be {side} 0")
         out[row.name] = np.broadcast_to(values.ravel() if values.ndim else values, w).copy()
     if len(out) == len(model.parameters):
         raise InputError(f"nothing to fit: all parameters of model {model.name} are fixed")

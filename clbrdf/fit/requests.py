@@ -62,7 +62,8 @@ def check_together(
         both = advice("shared and smooth", "--shared and --smooth")
         raise InputError(f"{both} both tie wavelengths; give one of them")
     if shared and rtol is not None:
-        raise InputError("rtol chooses a search for each wavelength by itself; leave it out, or shared")
+        said, other = advice("rtol", "--rtol"), advice("shared", "--shared")
+        raise InputError(f"{said} chooses a search for each wavelength by itself; leave it out, or {other}")
     if monte_carlo is not None and (shared or smooth is not None):
         said = advice("monte_carlo", "--monte-carlo")
         both = advice("shared and smooth", "--shared and --smooth")
@@ -76,7 +77,9 @@ def check_together(
         mend = advice("weights='sigma'", "--weights sigma")
         raise InputError(f"{advice('gls', '--gls')} weighs by the uncertainties; give {mend}, too")
     if profile and (shared or smooth is not None or rtol is not None):
-        raise InputError("profile asks each wavelength at its optimum; leave it out, or shared, smooth, rtol")
+        said = advice("profile", "--profile")
+        others = advice("shared, smooth, rtol", "--shared, --smooth, --rtol")
+        raise InputError(f"{said} asks each wavelength at its optimum; leave it out, or {others}")
 
 
 def check_range(scan: Scan, weights: npt.NDArray[np.float64]) -> None:

@@ -270,7 +270,7 @@ def _setup(
         }
         weighting = provenance.get("weights", "")
         left_out = int(_number(provenance.get("left_out", "0").split(" ")[0]))
-    if not (np.isfinite(arrays["weights"]) & (arrays["weights"] >= 0.0)).all():
+    if not (arrays["weights"].min() >= 0.0 and arrays["weights"].max() < np.inf):
         raise InputError(f"{clean(group.name)}/weights holds what is no weight; fit the scan again")
     return Setup(
         weighting=weighting if weighting in WEIGHTS else "user",

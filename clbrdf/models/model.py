@@ -126,7 +126,9 @@ class Model:
         for p in self.parameters:
             if p.given and p.name not in parameters:
                 raise InputError(f"model {self.name} needs {p.name} ({p.meaning}, {p.unit}); give its value")
-        columns = [_numbers(p.name, parameters.get(p.name, p.default)) for p in self.parameters]
+        columns = [
+            numbers_of(f"parameter {p.name}", parameters.get(p.name, p.default)) for p in self.parameters
+        ]
         for name, column in zip(self.names, columns, strict=True):
             if not np.isfinite(column).all():
                 raise InputError(f"parameter {name} is not finite")
@@ -243,8 +245,9 @@ class Model:
         return np.stack(columns, axis=-1)
 
 
-def _numbers(name: str, value: npt.ArrayLike) -> Array:
+def numbers_of(name: str, value: npt.ArrayLike) -> Array:
+    """Return a value as float64; raise InputError, which begins with its name, where it is no number."""
     try:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"parameter {name} is {value!r}; give a number, or one a wavelength") from None
+        raise InputError(f"{name} is {value!r}; give a number, or one a wavelength") from None

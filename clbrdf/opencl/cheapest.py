@@ -55,7 +55,7 @@ class ChosenPrecision:
 def choose_precision(
     rtol: float,
     *,
-    device: Device | None = None,
+    device: Device | str | None = None,
     model: str | Model | Page = DEFAULT_MODEL,
     measure: bool = True,
 ) -> ChosenPrecision:
@@ -65,7 +65,7 @@ def choose_precision(
     ----------
     rtol : float
         Largest relative error wherever f > 1e-30, at least the bound of double precision.
-    device : Device, optional
+    device : Device or str, optional
     model : str, Model or Page
     measure : bool
         Measure the costs (a few seconds, once a device and model) where they are not known; else take the

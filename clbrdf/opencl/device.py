@@ -130,7 +130,7 @@ def usable_device(device: Device | str | None) -> Device:
         return device
     if device is None or isinstance(device, str):
         return choose_device(device)
-    raise DeviceError(f"device is {device!r}; give part of its name, or one of clbrdf.list_devices()")
+    raise DeviceError(f"device is {device!r}; give part of its name, or a Device")
 
 
 def _why_none() -> str:

@@ -16,13 +16,16 @@ def spread_of_repeats(scan: Any, numbers: npt.NDArray[np.intp]) -> float:
     That is (largest − smallest) / largest, of values above 0 that are not masked. `numbers` (N,) says to
     which direction each row belongs.
     """
-    good = ~scan.mask & (scan.brdf > 0.0)
-    size = int(numbers.max()) + 1
-    low, high = (np.full((size, scan.brdf.shape[1]), end) for end in (np.inf, 0.0))
-    np.minimum.at(low, numbers, np.where(good, scan.brdf, np.inf))
-    np.maximum.at(high, numbers, np.where(good, scan.brdf, 0.0))
-    count = np.zeros(low.shape, dtype=np.intp)
-    np.add.at(count, numbers, good)
+    rows = np.flatnonzero((np.bincount(numbers) > 1)[numbers])
+    if not len(rows):
+        return float("nan")
+    _, group = np.unique(numbers[rows], return_inverse=True)
+    value, good = scan.brdf[rows], ~scan.mask[rows] & (scan.brdf[rows] > 0.0)
+    shape = int(group.max()) + 1, value.shape[1]
+    low, high, count = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, dtype=np.intp)
+    np.minimum.at(low, group, np.where(good, value, np.inf))
+    np.maximum.at(high, group, np.where(good, value, 0.0))
+    np.add.at(count, group, good)
     several = count > 1
     return float(np.max(1.0 - low[several] / high[several])) if several.any() else float("nan")
 

@@ -92,6 +92,7 @@ def test_wrong_types_are_told(fit):
         clbrdf.evaluate({"rho": "x"}, 30.0, 30.0, 180.0, model="lambert")
     with pytest.raises(DeviceError, match="device is 99; give part of its name"):
         clbrdf.fit(fit.scan, device=99)
+    assert clbrdf.fit(fit.scan, model="lambert", device="").search.device == fit.search.device
     with pytest.raises(InputError, match="3 indices; a scan has two"):
         fit.scan[0, 0, 0]
     with pytest.raises(InputError, match="wavelength is 'a'; give a number"):
